@@ -7,6 +7,8 @@ from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, Need, modes_where
 from sitl_emu.autopilot.topics import FailsafeFlags
 
 NEEDS = {state: mode.needs for state, mode in FLIGHT_MODES.items()}
+MODES_THAT_NEED = {need: sum(1 << mode for mode, needs in NEEDS.items() if need in needs) for need in Need}
+"""Bit per NavState."""
 PREVENT_ARMING = modes_where(lambda mode: mode.prevents_arming)
 ALL_MODES = sum(1 << state for state in NEEDS)
 PREVENT_ARMING_MODES = sum(1 << state for state in PREVENT_ARMING)

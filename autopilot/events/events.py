@@ -20,7 +20,7 @@ KEPT = 64
 PROTOCOL: Final = 8
 DISABLED: Final = 9
 """The levels of events that ground stations read and do not show, and of those that are not logged."""
-LEVELS: dict[str, tuple[int, int]] = {
+LEVELS: dict[str, tuple[int | None, int]] = {
     **dict.fromkeys(
         (
             "commander_arm_denied_resolve_failures",
@@ -46,6 +46,14 @@ LEVELS: dict[str, tuple[int, int]] = {
     "commander_failsafe_enter_low_bat": (Severity.WARNING, Severity.INFO),
     "commander_failsafe_enter_crit_bat_warn": (Severity.CRITICAL, Severity.INFO),
     "commander_failsafe_enter_crit_low_bat_warn": (Severity.EMERGENCY, Severity.INFO),
+    **dict.fromkeys(
+        (
+            "check_estimator_gnss_fusion_stopped",
+            "check_estimator_gnss_fusion_started",
+            "check_estimator_position_failure_imminent",
+        ),
+        (None, Severity.INFO),
+    ),
     "commander_gcs_lost": (Severity.WARNING, Severity.INFO),
     "commander_low_bat_shutdown_failed": (Severity.EMERGENCY, Severity.ERROR),
     **dict.fromkeys(
@@ -102,7 +110,7 @@ LEVELS: dict[str, tuple[int, int]] = {
         (Severity.ERROR, Severity.ERROR),
     ),
 }
-"""(for people, for the log)."""
+"""(for people, for the log); None: as it is sent."""
 
 
 class Event(NamedTuple):
@@ -128,6 +136,7 @@ class Events:
         Raises KeyError for a name that PX4 does not know. Numbers that an argument cannot hold wrap around.
         """
         external, internal = LEVELS.get(name, (level, level))
+        external = level if external is None else external
         event_id, formats = layout(name)
         log_levels = int(internal) << 4 | int(external)
         self.recent.append(Event(self.count, event_id, log_levels, pack(formats, arguments)))

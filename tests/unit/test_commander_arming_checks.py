@@ -21,6 +21,7 @@ from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
     EstimatorStatus,
+    EstimatorStatusFlags,
     FailureDetectorStatus,
     GcsHeartbeats,
     GeofenceResult,
@@ -32,11 +33,11 @@ from sitl_emu.autopilot.topics import (
     OnboardComputerStatus,
     SensorBaro,
     SensorCombined,
-    SensorGps,
     SensorMag,
     Topics,
     TrajectorySetpoint,
     VehicleAttitudeSetpoint,
+    VehicleGlobalPosition,
     VehicleLocalPosition,
     VehicleStatus,
 )
@@ -62,12 +63,18 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "open_drone_id": ("gcs_heartbeats", GcsHeartbeats(open_drone_id_us=READY_US)),
     "traffic_avoidance": ("gcs_heartbeats", GcsHeartbeats()),
     "system": ("vehicle_status", VehicleStatus(termination=True)),
+    "arm_permission": ("", None),
 }
 """Check -> the topic that makes it forbid arming in every mode."""
-WANTS = {"parachute": "COM_PARACHUTE", "open_drone_id": "COM_ARM_ODID", "traffic_avoidance": "COM_ARM_TRAFF"}
-"""Check -> its parameter, which has to be 2 (error, or all modes)."""
+WANTS = {
+    "parachute": ("COM_PARACHUTE", 2),
+    "open_drone_id": ("COM_ARM_ODID", 2),
+    "traffic_avoidance": ("COM_ARM_TRAFF", 2),
+    "arm_permission": ("COM_ARMABLE", 0),
+}
+"""Check -> the parameter, and the value of it, that makes it forbid arming (2: error, or all modes)."""
 FLAGS: dict[str, tuple[str, str, object, object]] = {
-    "gps": ("", "sensor_gps", SensorGps(), None),
+    "gps": ("", "estimator_status", EstimatorStatus(), None),
     "home_position": ("home_position_invalid", "home_position", HomePosition(), HomePosition(valid=True)),
     "mode": ("auto_mission_missing", "mission_result", MissionResult(), MissionResult(valid=True)),
     "mission": ("auto_mission_missing", "mission_result", MissionResult(), MissionResult(valid=True)),
@@ -119,9 +126,10 @@ def test_every_check_stands_in_the_list_and_here() -> None:
 def test_forbids_arming(name: str) -> None:
     vehicle = ready()
     if name in WANTS:
-        vehicle.parameters.set(WANTS[name], 2)
+        vehicle.parameters.set(*WANTS[name])
     topic, bad = FORBIDS[name]
-    setattr(vehicle.topics, topic, bad)
+    if topic:
+        setattr(vehicle.topics, topic, bad)
     check(vehicle)
     assert vehicle.topics.health_report.can_arm_mode_flags == 0
     assert not vehicle.topics.health_report.health & PREARM_CHECK
@@ -165,7 +173,7 @@ def test_flags(name: str) -> None:
 ])  # fmt: skip
 def test_gps(com_arm_wo_gps: int, may_arm: bool, texts: list[str]) -> None:
     vehicle = ready(COM_ARM_WO_GPS=com_arm_wo_gps)
-    vehicle.topics.sensor_gps = SensorGps(vehicle.now_us, fix_type=2)
+    vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(gps_check_fail_flags=0b11)
     check(vehicle)
     assert bool(vehicle.topics.health_report.can_arm_mode_flags >> NavState.AUTO_LOITER & 1) is may_arm
     assert vehicle.take_texts() == texts
@@ -372,9 +380,85 @@ def test_a_gps_that_falls_silent_is_healthy_but_no_longer_present_once_it_is_not
 
 def test_a_poor_fix_and_a_lost_position_are_unhealthy() -> None:
     vehicle = ready()
-    vehicle.topics.sensor_gps = SensorGps(vehicle.now_us, fix_type=2)
+    vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(gps_check_fail_flags=1)
     check(vehicle)
     assert not vehicle.topics.health_report.health & GPS
     vehicle.topics.vehicle_local_position = VehicleLocalPosition()
     check(vehicle)
     assert not vehicle.topics.health_report.health & XY_POSITION_CONTROL
+
+
+def levels_of(vehicle: FakeVehicle, name: str) -> list[int]:
+    return [event.log_levels for event in vehicle.events.recent if event.id == layout(name)[0]]
+
+
+def test_a_gps_that_is_no_longer_used_in_flight_is_told() -> None:
+    """PX4's estimatorCheck: the event alone, an error for people and a remark for the log."""
+    vehicle = ready()
+    vehicle.take_off(5.0)
+    for fused in (False, True):
+        vehicle.topics.estimator_status = EstimatorStatus(vehicle.now_us, control_mode_flags=0b111 if fused else 0b011)
+        check(vehicle)
+        check(vehicle)
+    assert levels_of(vehicle, "check_estimator_gnss_fusion_stopped") == [0x63]
+    assert levels_of(vehicle, "check_estimator_gnss_fusion_started") == [0x66]
+
+
+def test_a_position_that_is_about_to_be_lost_is_told_once() -> None:
+    """0.9 of 2.5 times COM_POS_FS_EPH (setModeRequirementFlags)."""
+    vehicle = ready(COM_POS_FS_EPH=5.0)
+    flags = EstimatorStatusFlags(vehicle.now_us, cs_inertial_dead_reckoning=True, cs_yaw_align=True)
+    vehicle.topics.estimator_status_flags = flags
+    for eph, told in ((11.2, []), (11.3, [0x63]), (11.4, [0x63])):
+        vehicle.topics.vehicle_global_position = vehicle.topics.vehicle_global_position._replace(eph=eph)
+        check(vehicle)
+        assert levels_of(vehicle, "check_estimator_position_failure_imminent") == told
+
+
+@pytest.mark.parametrize(
+    ("status", "flags", "text", "may_hold", "may_fly_acro"),
+    [
+        ({"pre_flt_fail_innov_heading": True}, {}, "heading estimate invalid", False, True),
+        ({"pre_flt_fail_innov_vel_vert": True}, {}, "vertical velocity unstable", False, True),
+        ({}, {"cs_yaw_align": False}, "no heading reference", False, True),
+        ({"pre_flt_fail_mag_field_disturbed": True}, {}, "Strong magnetic interference", True, True),
+    ],
+)
+def test_what_the_filter_complains_of_forbids_the_modes_that_need_it(
+    status: dict[str, bool], flags: dict[str, bool], text: str, may_hold: bool, may_fly_acro: bool
+) -> None:
+    vehicle = ready()
+    topics = vehicle.topics
+    topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
+    topics.estimator_status = topics.estimator_status._replace(**status)
+    topics.estimator_status_flags = EstimatorStatusFlags(vehicle.now_us, cs_yaw_align=True)._replace(**flags)
+    check(vehicle)
+    can_arm = topics.health_report.can_arm_mode_flags
+    assert bool(can_arm >> NavState.AUTO_LOITER & 1) is may_hold
+    assert bool(can_arm >> NavState.ACRO & 1) is may_fly_acro
+    assert vehicle.take_texts() == [f"Preflight Fail: {text}"]
+
+
+def test_a_magnetic_field_that_is_another_forbids_arming_where_that_is_wanted() -> None:
+    vehicle = ready(COM_ARM_MAG_STR=1)
+    status = vehicle.topics.estimator_status
+    vehicle.topics.estimator_status = status._replace(pre_flt_fail_mag_field_disturbed=True)
+    check(vehicle)
+    assert not vehicle.topics.health_report.can_arm_mode_flags
+
+
+def test_a_global_position_and_a_home_may_be_wanted_for_arming() -> None:
+    """COM_ARM_WO_GPS 0 (systemCheck)."""
+    vehicle = ready(COM_ARM_WO_GPS=0)
+    home = vehicle.topics.home_position
+    vehicle.topics.home_position = HomePosition()
+    check(vehicle)
+    assert vehicle.take_texts() == ["Preflight Fail: Home position required"]
+    vehicle.topics.home_position = home
+    vehicle.run(2.1)
+    assert vehicle.arm() == 0
+    vehicle = ready(COM_ARM_WO_GPS=0)
+    vehicle.topics.vehicle_global_position = VehicleGlobalPosition()
+    check(vehicle)
+    assert vehicle.take_texts() == ["Preflight Fail: Global position estimate required"]
+    assert not vehicle.topics.health_report.can_arm_mode_flags

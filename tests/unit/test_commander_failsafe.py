@@ -237,7 +237,7 @@ def test_the_end_of_the_flight_time_is_told_before(longest_s: int, warned: list[
     for now_us in range(0, longest_s * 1_000_000, 100_000):
         findings = Findings()
         limit.check(now_us, topics, settings, findings)
-        told += [(notice.event, notice.argument) for notice in findings.notices]
+        told += [(notice.event, notice.arguments[0]) for notice in findings.notices]
     assert told == warned
 
 

@@ -51,7 +51,7 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.unhealthy |= BATTERY
         forbidden = ALL_MODES if critical or too_low else NO_MODE
         level, event, text = TOLD.get(warning, TOLD[WARNING_LOW])
-        findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text)
+        findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text, said_as=level)
     if now_us - min(battery.timestamp for battery in connected) > SILENT_US:
         findings.battery_unhealthy = True
         findings.unhealthy |= BATTERY

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks import (
+    arm_permission,
     baro,
     battery,
     companion_computer,
@@ -46,7 +47,6 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
     LOGGING,
     MAG,
     MOTOR_OUTPUTS,
-    NO_MODE,
     PREARM_CHECK,
     RC_RECEIVER,
     XY_POSITION_CONTROL,
@@ -83,9 +83,10 @@ def all_checks() -> tuple[Check, ...]:
     """In PX4's order, which is that of the events; those that remember something begin anew."""
     return (
         imu.check,
+        arm_permission.check,
         baro.check,
         companion_computer.check,
-        gps.check,
+        gps.GpsCheck().check,
         estimator.EstimatorCheck().check,
         logger.check,
         magnetometer.check,
@@ -150,7 +151,7 @@ class HealthAndArmingChecks:
         sticks = 0 if flags.manual_control_signal_lost else RC_RECEIVER
         topics.health_report = HealthReport(now_us, present | sticks, present | RC_RECEIVER, health, can_arm, can_run)
         for notice in findings.notices:
-            self._send_event(notice.event, notice.level, notice.argument)
+            self._send_event(notice.event, notice.level, *notice.arguments)
         state = self._state_of(findings, can_run)
         self._unreported = self._unreported or state != self._state
         self._state, self._findings = state, findings
@@ -183,7 +184,7 @@ class HealthAndArmingChecks:
         present = findings.health_present | motors
         health = (present, findings.health_error, findings.health_warning)
         arming = (findings.arming_error, findings.arming_warning, can_arm, can_run)
-        return (arming, health, [(failure.event, failure.modes) for failure in findings.failures])
+        return (arming, health, [(failure.event, failure.told_modes) for failure in findings.failures])
 
     def _report(self, now_us: int) -> None:
         """Send the round of events."""
@@ -192,9 +193,8 @@ class HealthAndArmingChecks:
         send = self._send_event
         send("commander_arming_check_summary", PROTOCOL, 0, *arming)
         for failure in self._findings.failures:
-            modes = ALL_MODES if failure.modes == NO_MODE else failure.modes
             index = failure.component.bit_length() - 1
-            send(failure.event, failure.level, modes, index, *failure.arguments)
+            send(failure.event, failure.level, failure.told_modes, index, *failure.arguments)
         send("commander_health_summary", PROTOCOL, 0, *health)
 
 
@@ -208,6 +208,8 @@ def settings_of(parameters: Parameters) -> Settings:
         com_dl_loss_us=int(parameters["COM_DL_LOSS_T"] * 1e6),
         com_flt_time_max_us=int(parameters["COM_FLT_TIME_MAX"] * 1e6),
         com_arm_wo_gps=int(parameters["COM_ARM_WO_GPS"]),
+        com_armable=int(parameters["COM_ARMABLE"]),
+        com_arm_mag_str=int(parameters["COM_ARM_MAG_STR"]),
         com_arm_bat_min=float(parameters["COM_ARM_BAT_MIN"]),
         com_arm_mis_req=int(parameters["COM_ARM_MIS_REQ"]),
         sys_has_gps=int(parameters["SYS_HAS_GPS"]),

@@ -2,27 +2,49 @@
 
 A position counts while it is fresh and its error stays below COM_POS_FS_EPH (negative: no limit), a velocity below
 COM_VEL_FS_EVH; what counted may be two and a half times as far off, and what did not has to be well for a second.
-Before arming, what is measured has to agree with what is estimated: the filter's low-passed test ratios.
+Before arming, what is measured has to agree with what is estimated: the filter's low-passed test ratios. Its complaints
+forbid the modes alone that need an attitude, and those about heading the modes that hold a place.
 """
 
 from typing import Final
 
-from sitl_emu.autopilot.commander.arming_checks.findings import AHRS, ALL_MODES, Component, Findings, Settings
-from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.commander.arming_checks.findings import (
+    AHRS,
+    ALL_MODES,
+    NO_MODE,
+    Component,
+    Findings,
+    Notice,
+    Settings,
+)
+from sitl_emu.autopilot.commander.mode_requirements import MODES_THAT_NEED
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.flight_mode import Need
 from sitl_emu.autopilot.topics import EstimatorStatus, EstimatorStatusFlags, Topics
 
 TIMEOUT_US: Final = 1_000_000
 PROBATION_US: Final = 1_000_000
 KEPT_FACTOR: Final = 2.5
 INFINITE = float("inf")
-UNSTABLE = (
-    ("pre_flt_fail_innov_heading", "heading_not_stable", "heading estimate invalid"),
-    ("pre_flt_fail_innov_vel_horiz", "hor_vel_not_stable", "horizontal velocity unstable"),
-    ("pre_flt_fail_innov_vel_vert", "vert_vel_not_stable", "vertical velocity unstable"),
-    ("pre_flt_fail_innov_pos_horiz", "hor_pos_not_stable", "horizontal position unstable"),
-    ("pre_flt_fail_innov_height", "hgt_not_stable", "height estimate not stable"),
+FLAGS_FRESH_US: Final = 5_000_000
+ALMOST_LOST_SHARE: Final = 0.9
+ALMOST_LOST_M: Final = 10.0
+"""A position is about to be lost this near to what it may be off: the later of the two."""
+ATTITUDE_MODES: Final = MODES_THAT_NEED[Need.ATTITUDE]
+HEADING_MODES: Final = (
+    MODES_THAT_NEED[Need.LOCAL_POSITION] | MODES_THAT_NEED[Need.LOCAL_POSITION_RELAXED] | 1 << NavState.AUTO_TAKEOFF
 )
-"""What the filter finds wrong before flight, the event, the text; PX4 tells the first."""
+MAG_STRENGTH_DENIES: Final = 1
+"""COM_ARM_MAG_STR; 0 looks at nothing, 2 warns."""
+FAILURE_IMMINENT: Final = "check_estimator_position_failure_imminent"
+UNSTABLE = (
+    ("pre_flt_fail_innov_heading", "heading_not_stable", "heading estimate invalid", HEADING_MODES),
+    ("pre_flt_fail_innov_vel_horiz", "hor_vel_not_stable", "horizontal velocity unstable", ATTITUDE_MODES),
+    ("pre_flt_fail_innov_vel_vert", "vert_vel_not_stable", "vertical velocity unstable", ATTITUDE_MODES),
+    ("pre_flt_fail_innov_pos_horiz", "hor_pos_not_stable", "horizontal position unstable", ATTITUDE_MODES),
+    ("pre_flt_fail_innov_height", "hgt_not_stable", "height estimate not stable", ATTITUDE_MODES),
+)
+"""What the filter finds wrong before flight, the event, the text, the modes; PX4 tells the first."""
 
 
 class Validity:
@@ -49,6 +71,7 @@ class EstimatorCheck:
     def __init__(self) -> None:
         self._global_position, self._local_position, self._local_velocity = Validity(), Validity(), Validity()
         self._global_relaxed, self._local_relaxed = Validity(), Validity()
+        self._told_almost_lost = False
 
     def check(self, now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
         """Flags for what is not valid; an unknown attitude forbids arming."""
@@ -56,7 +79,8 @@ class EstimatorCheck:
         _check_attitude(now_us, topics, findings)
         if not armed:
             _check_innovations(status, findings)
-        _check_flags(topics.estimator_status_flags, findings)
+            _check_mag_field(status, settings.com_arm_mag_str, findings)
+        _check_flags(now_us, topics, findings)
         local, position = topics.vehicle_local_position, topics.vehicle_global_position
         limit_m = settings.com_pos_fs_eph_m if settings.com_pos_fs_eph_m >= 0.0 else INFINITE
         xy_valid, v_xy_valid = local.xy_valid, local.v_xy_valid
@@ -69,6 +93,7 @@ class EstimatorCheck:
         findings.global_position_invalid_relaxed = not self._global_relaxed.update(
             now_us, valid=position.valid, timestamp=position.timestamp, error=position.eph, limit=INFINITE
         )
+        self._check_dead_reckoning(now_us, topics, limit_m, findings)
         findings.local_position_invalid = not self._local_position.update(
             now_us, valid=xy_valid, timestamp=local.timestamp, error=local.eph, limit=limit_m
         )
@@ -80,6 +105,21 @@ class EstimatorCheck:
         )
         findings.local_altitude_invalid = not (local.z_valid and now_us <= local.timestamp + TIMEOUT_US)
 
+    def _check_dead_reckoning(self, now_us: int, topics: Topics, limit_m: float, findings: Findings) -> None:
+        """Told once: a position that nothing measures will not be one for long."""
+        flags, kept_m = topics.estimator_status_flags, KEPT_FACTOR * limit_m
+        if not flags.timestamp or now_us - flags.timestamp >= FLAGS_FRESH_US:
+            return
+        almost_m = max(ALMOST_LOST_SHARE * kept_m, kept_m - ALMOST_LOST_M)
+        if not (flags.cs_inertial_dead_reckoning or flags.cs_wind_dead_reckoning):
+            self._told_almost_lost = False
+        elif (
+            not (findings.global_position_invalid or self._told_almost_lost)
+            and topics.vehicle_global_position.eph > almost_m
+        ):
+            self._told_almost_lost = True
+            findings.notices.append(Notice(FAILURE_IMMINENT, Severity.ERROR))
+
 
 def _check_attitude(now_us: int, topics: Topics, findings: Findings) -> None:
     attitude = topics.vehicle_attitude
@@ -89,20 +129,39 @@ def _check_attitude(now_us: int, topics: Topics, findings: Findings) -> None:
     if topics.estimator_status.timestamp:
         findings.health_present |= Component.LOCAL_POSITION_ESTIMATE
         return
-    failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.INFO, "check_estimator_missing_data")
+    failure = (ATTITUDE_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.INFO, "check_estimator_missing_data")
     findings.arming_check_failure(*failure, text="Preflight Fail: ekf2 missing data")
 
 
 def _check_innovations(status: EstimatorStatus, findings: Findings) -> None:
-    for name, event, text in UNSTABLE:
+    for name, event, text, modes in UNSTABLE:
         if getattr(status, name):
-            failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.ERROR, f"check_estimator_{event}")
+            failure = (modes, Component.LOCAL_POSITION_ESTIMATE, Severity.ERROR, f"check_estimator_{event}")
             findings.arming_check_failure(*failure, text=f"Preflight Fail: {text}")
             return
 
 
-def _check_flags(flags: EstimatorStatusFlags, findings: Findings) -> None:
-    """A compass that disagrees with everything else has to be calibrated, in flight as well."""
+def _check_mag_field(status: EstimatorStatus, com_arm_mag_str: int, findings: Findings) -> None:
+    """Another field than the earth's at this place (EKF2_MAG_CHECK)."""
+    if com_arm_mag_str < MAG_STRENGTH_DENIES or not status.pre_flt_fail_mag_field_disturbed:
+        return
+    modes = ATTITUDE_MODES if com_arm_mag_str == MAG_STRENGTH_DENIES else NO_MODE
+    event, text = "check_estimator_mag_interference", "Preflight Fail: Strong magnetic interference"
+    measured = (status.mag_strength_gs, status.mag_strength_ref_gs)
+    inclined = (status.mag_inclination_deg, status.mag_inclination_ref_deg)
+    component = Component.LOCAL_POSITION_ESTIMATE
+    findings.arming_check_failure(modes, component, Severity.WARNING, event, *measured, *inclined, text=text)
+
+
+def _check_flags(now_us: int, topics: Topics, findings: Findings) -> None:
+    """A compass that disagrees with everything else has to be calibrated, in flight as well; heading needs a source."""
+    flags: EstimatorStatusFlags = topics.estimator_status_flags
+    fresh = flags.timestamp > 0 and now_us - flags.timestamp < FLAGS_FRESH_US
+    placed = topics.vehicle_local_position.xy_global
+    if fresh and placed and not (topics.vehicle_status.armed or flags.cs_yaw_align):
+        event, text = "check_estimator_heading_no_source", "Preflight Fail: no heading reference"
+        heading = (HEADING_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.ERROR, event)
+        findings.arming_check_failure(*heading, text=text)
     if flags.cs_mag_fault:
         failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.CRITICAL, "check_estimator_mag_fault")
         findings.arming_check_failure(*failure, text="Compass needs calibration - Land now!")

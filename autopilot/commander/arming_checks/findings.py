@@ -59,9 +59,11 @@ class Failure(NamedTuple):
     event: str
     level: Severity
     modes: int
-    """Bit per NavState."""
+    """Bit per NavState: those that it forbids."""
     component: Component
     arguments: tuple[float, ...]
+    told_modes: int
+    """Those that people are told it concerns: the same, but for warnings."""
 
 
 class Notice(NamedTuple):
@@ -69,7 +71,7 @@ class Notice(NamedTuple):
 
     event: str
     level: Severity
-    argument: int
+    arguments: tuple[float, ...] = ()
 
 
 class Settings(NamedTuple):
@@ -82,6 +84,8 @@ class Settings(NamedTuple):
     com_dl_loss_us: int
     com_flt_time_max_us: int
     com_arm_wo_gps: int
+    com_armable: int
+    com_arm_mag_str: int
     com_arm_bat_min: float
     com_arm_mis_req: int
     sys_has_gps: int
@@ -148,7 +152,7 @@ class Findings:
             self.health_error |= component
         elif level <= Severity.WARNING:
             self.health_warning |= component
-        self._fail(Failure(event, level, modes, component, arguments), text)
+        self._fail(Failure(event, level, modes, component, arguments, modes or ALL_MODES), text)
 
     def arming_check_failure(
         self,
@@ -159,22 +163,25 @@ class Findings:
         *arguments: float,
         text: str = "",
         said_as: Severity = Severity.CRITICAL,
+        told_modes: int = NO_MODE,
     ) -> None:
         """Something is not as it has to be for a flight; arming is forbidden in `modes`.
 
-        `said_as`: of the text, which most checks say as critical, warnings too.
+        `said_as`: of the text, which most checks say as critical, warnings too. `told_modes`: what it concerns, where
+        it forbids none of them.
         """
         if level <= Severity.ERROR:
             self.arming_error |= component
         elif level <= Severity.WARNING:
             self.arming_warning |= component
-        self._fail(Failure(event, level, modes, component, arguments), text, said_as)
+        told_modes = modes or told_modes or ALL_MODES
+        self._fail(Failure(event, level, modes, component, arguments, told_modes), text, said_as)
 
     def _fail(self, failure: Failure, text: str, said_as: Severity = Severity.CRITICAL) -> None:
         self.failures.append(failure)
         self.arming_forbidden |= failure.modes
         if text:
-            self.texts[text] = min(failure.level, said_as)
+            self.texts[text] = said_as
 
     def flags(self) -> FailsafeFlags:
         """The record for the topic."""

@@ -33,6 +33,6 @@ class FlightTimeCheck:
         elif left_us < WARNED_SHARE * longest_us:
             left_s = self._looked_at_s = left_us // 1_000_000
             if left_s <= MINUTE_S and before_s is None:
-                findings.notices.append(Notice(BY_SECONDS, Severity.WARNING, left_s))
+                findings.notices.append(Notice(BY_SECONDS, Severity.WARNING, (left_s,)))
             elif left_s % MINUTE_S == 0 and left_s >= MINUTE_S and left_s != before_s:
-                findings.notices.append(Notice(BY_MINUTES, Severity.WARNING, left_s // MINUTE_S))
+                findings.notices.append(Notice(BY_MINUTES, Severity.WARNING, (left_s // MINUTE_S,)))

@@ -22,7 +22,8 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     if not lost:
         findings.health_present |= Component.COMMUNICATION_LINKS
     elif settings.nav_dll_act > 0:
-        text = "Preflight Fail: No connection to the GCS"
-        findings.arming_check_failure(ALL_MODES, Component.COMMUNICATION_LINKS, Severity.ERROR, EVENT, text=text)
+        text, said_as = "Preflight Fail: No connection to the GCS", Severity.WARNING
+        failure = (ALL_MODES, Component.COMMUNICATION_LINKS, Severity.ERROR, EVENT)
+        findings.arming_check_failure(*failure, text=text, said_as=said_as)
     else:
         findings.arming_check_failure(NO_MODE, Component.COMMUNICATION_LINKS, Severity.INFO, EVENT)

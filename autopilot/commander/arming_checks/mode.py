@@ -7,7 +7,7 @@ COM_RC_IN_MODE 4 makes missing sticks an error.
 from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from sitl_emu.autopilot.commander.mode_requirements import NEEDS, PREVENT_ARMING, PREVENT_ARMING_MODES
+from sitl_emu.autopilot.commander.mode_requirements import MODES_THAT_NEED, PREVENT_ARMING, PREVENT_ARMING_MODES
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.flight_mode import Need
 from sitl_emu.autopilot.topics import Topics
@@ -77,7 +77,3 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     if status.nav_state_user_intention >= NavState.EXTERNAL1:
         modes = 1 << status.nav_state_user_intention
         findings.arming_check_failure(modes, Component.SYSTEM, Severity.ERROR, "check_external_modes_unavailable")
-
-
-MODES_THAT_NEED = {need: sum(1 << mode for mode, needs in NEEDS.items() if need in needs) for need in Need}
-"""Bit per NavState."""

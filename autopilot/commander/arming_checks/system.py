@@ -1,4 +1,7 @@
-"""A flight that was terminated forbids arming until the next start, and so do killed motors (PX4's systemCheck)."""
+"""A flight that was terminated forbids arming until the next start, and so do killed motors (PX4's systemCheck).
+
+COM_ARM_WO_GPS 0 wants a global position and a home before arming.
+"""
 
 from typing import Final
 
@@ -10,7 +13,15 @@ EVENT: Final = "check_system_flight_term_active"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """Termination cannot be undone; a kill, by whatever it came, has the same event and text."""
+    """Runs after the checks of position and home. A kill, by whatever it came, has a termination's event and text."""
     if topics.vehicle_status.termination or topics.actuator_armed.kill:
         text = "Preflight Fail: Flight termination active"
         findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.CRITICAL, EVENT, text=text)
+    if settings.com_arm_wo_gps or topics.vehicle_status.armed:
+        return
+    if findings.global_position_invalid:
+        event, text = "check_system_no_global_pos", "Preflight Fail: Global position estimate required"
+        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, event, text=text)
+    elif findings.home_position_invalid:
+        event, text = "check_system_no_home_pos", "Preflight Fail: Home position required"
+        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, event, text=text)
