@@ -146,18 +146,17 @@ class CommandHandlers:
 
     # --- helpers --------------------------------------------------------------------------------------------
 
-    def change_mode(self, now_us: int, mode: NavState) -> int:
+    def change_mode(self, now_us: int, mode: NavState, *, force: bool = False) -> int:
         """MAV_RESULT of asking for a mode; a refusal is said."""
-        if self._intend(now_us, mode):
+        if self._intend(now_us, mode, force=force):
             return ACCEPTED
         self._tell_refusal(now_us, mode)
         return TEMPORARILY_REJECTED
 
-    def _intend(self, now_us: int, mode: NavState) -> bool:
-        """Whether a mode may be asked for now: LAND always, as who asks for it wants to come down."""
+    def _intend(self, now_us: int, mode: NavState, *, force: bool = False) -> bool:
+        """Whether a mode may be asked for now; `force`: though it can't be flown."""
         arming = self._arming
         self._checks.update(now_us)
-        force = mode is NavState.AUTO_LAND
         return not arming.terminated and self._intention.change(mode, armed=arming.armed, force=force)
 
     def _tell_refusal(self, now_us: int, mode: NavState) -> None:
@@ -169,8 +168,8 @@ class CommandHandlers:
             numbers = custom_mode_of(mode), row.event_number
             self._say(Severity.CRITICAL, text, "commander_modeswitch_not_avail", *numbers)
 
-    def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str, event: str) -> int:
-        result = self.change_mode(now_us, mode)
+    def _change_mode_and_tell(self, now_us: int, mode: NavState, text: str, event: str, *, force: bool = False) -> int:
+        result = self.change_mode(now_us, mode, force=force)
         if result == ACCEPTED:
             self._say(Severity.INFO, text, event)
         return result
@@ -219,10 +218,7 @@ class CommandHandlers:
     def _do_flighttermination(self, now_us: int, command: VehicleCommand) -> int:
         if not command.param1 > 0.5 or not self._arming.armed:
             return DENIED
-        if not self._arming.terminated:
-            self._arming.terminate()
-            self._say(Severity.CRITICAL, "Failsafe activated\t")
-        return ACCEPTED
+        return ACCEPTED if self._intend(now_us, NavState.TERMINATION) else TEMPORARILY_REJECTED
 
     def _do_set_safety_switch_state(self, now_us: int, command: VehicleCommand) -> int:
         """There is no such switch in simulation, so nothing depends on it."""
@@ -233,7 +229,7 @@ class CommandHandlers:
     # --- modes ----------------------------------------------------------------------------------------------
 
     def _do_set_mode(self, now_us: int, command: VehicleCommand) -> int:
-        """PX4 tells a refusal to who has the component id of a ground station."""
+        """LAND may always be asked for: who does wants to come down. PX4 tells a refusal to a ground station alone."""
         flags, main, sub = (_uint8(value) for value in (command.param1, command.param2, command.param3))
         if flags & FLAG_CUSTOM_MODE_ENABLED:
             mode, kind = nav_state_of(main, sub), "auto" if main == MAIN_AUTO else "main"
@@ -242,7 +238,7 @@ class CommandHandlers:
         if mode is None:
             self._say(Severity.CRITICAL, f"Unsupported {kind} mode\t", f"commander_unsupported_{kind}_mode")
             return TEMPORARILY_REJECTED
-        if self._intend(now_us, mode):
+        if self._intend(now_us, mode, force=mode is NavState.AUTO_LAND):
             return ACCEPTED
         if command.from_external and command.source_component == MISSION_PLANNER:
             self._tell_refusal(now_us, mode)
@@ -261,8 +257,8 @@ class CommandHandlers:
         return self.change_mode(now_us, NavState.AUTO_VTOL_TAKEOFF)
 
     def _nav_land(self, now_us: int, command: VehicleCommand) -> int:
-        text = "Landing at current position\t"
-        return self._change_mode_and_tell(now_us, NavState.AUTO_LAND, text, "commander_landing_current_pos")
+        text, event = "Landing at current position\t", "commander_landing_current_pos"
+        return self._change_mode_and_tell(now_us, NavState.AUTO_LAND, text, event, force=True)
 
     def _nav_land_local(self, now_us: int, command: VehicleCommand) -> int:
         text = "Precision landing\t"

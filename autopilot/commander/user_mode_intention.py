@@ -1,7 +1,8 @@
 """The mode that the user wants, and the one to come back to after disarming.
 
 PX4's UserModeIntention (src/modules/commander/UserModeIntention.cpp, v1.18): on the ground any mode may be chosen, in
-flight only one that can run. Modes that prevent arming (LAND, RTL, ...) and take-offs are forgotten at disarming.
+flight only one that can run. Modes that prevent arming (LAND, RTL, ...) and take-offs are forgotten at disarming, but
+no termination.
 """
 
 from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
@@ -37,7 +38,7 @@ class UserModeIntention:
     def follow(self, mode: NavState) -> None:
         """Take what a failsafe has made of it; nobody asked for that."""
         self.mode = mode
-        if mode not in PREVENT_ARMING and mode not in TAKEOFFS:
+        if mode is NavState.TERMINATION or (mode not in PREVENT_ARMING and mode not in TAKEOFFS):
             self._mode_after_disarming = mode
 
     def on_disarm(self) -> None:

@@ -8,6 +8,7 @@ from sitl_emu.autopilot.commander.commander import Commander
 from sitl_emu.autopilot.commander.home_position import in_local_frame
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
@@ -334,13 +335,18 @@ def test_termination_is_for_good(vehicle: FakeVehicle) -> None:
     vehicle.run(0.5)
     assert vehicle.mode is NavState.TERMINATION
     assert vehicle.topics.vehicle_status.termination
+    assert vehicle.topics.vehicle_status.nav_state_user_intention is NavState.TERMINATION
     assert vehicle.topics.vehicle_status.system_status == FLIGHT_TERMINATION
+    assert layout("commander_failsafe_enter_generic")[0] in {event.id for event in vehicle.events.recent}
+    assert vehicle.result(mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1) == TEMPORARILY_REJECTED
     assert vehicle.take_texts() == ["Failsafe activated", "Preflight Fail: Flight termination active"]
     assert vehicle.result(mavlink.MAV_CMD_NAV_LAND) == TEMPORARILY_REJECTED
     assert vehicle.take_texts() == ["Switching to Land is currently not available"]
     vehicle.result(ARM_DISARM, 0, 21196)
-    vehicle.step()
+    vehicle.run(0.2)
     assert vehicle.arm() == TEMPORARILY_REJECTED
+    assert vehicle.mode is NavState.TERMINATION
+    assert vehicle.topics.vehicle_status.nav_state_user_intention is NavState.TERMINATION
 
 
 def test_mission_start_arms_and_starts(vehicle: FakeVehicle) -> None:
@@ -471,11 +477,13 @@ def test_a_refused_mode_is_told_to_a_ground_station_alone(vehicle: FakeVehicle) 
 
 
 def test_landing_is_never_refused(vehicle: FakeVehicle) -> None:
-    """Without a position it comes down by the barometer."""
+    """Without a position it comes down by the barometer; PX4 refuses DO_SET_STANDARD_MODE alone."""
     vehicle.take_off(30.0)
     vehicle.gps = False
     vehicle.run(2.0)
     assert vehicle.mode is NavState.DESCEND
+    land = mavlink.MAV_STANDARD_MODE_LAND
+    assert vehicle.result(mavlink.MAV_CMD_DO_SET_STANDARD_MODE, land) == TEMPORARILY_REJECTED
     assert vehicle.result(mavlink.MAV_CMD_NAV_LAND) == ACCEPTED
     assert vehicle.set_mode(4, 6) == ACCEPTED
     vehicle.step()

@@ -3,6 +3,7 @@
 import math
 import pathlib
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -425,7 +426,7 @@ def test_a_position_that_is_about_to_be_lost_is_told_once() -> None:
     ],
 )
 def test_what_the_filter_complains_of_forbids_the_modes_that_need_it(
-    status: dict[str, bool], flags: dict[str, bool], text: str, may_hold: bool, may_fly_acro: bool
+    status: dict[str, Any], flags: dict[str, Any], text: str, may_hold: bool, may_fly_acro: bool
 ) -> None:
     vehicle = ready()
     topics = vehicle.topics
