@@ -151,7 +151,7 @@ class Arming:
     def _may_disarm(self) -> bool:
         land_detected = self._topics.vehicle_land_detected
         stands = land_detected.landed or land_detected.maybe_landed
-        return stands or self._traits.disarms_in_motion or self.terminated
+        return stands or self._traits.disarms_in_motion
 
     def disarm(self, now_us: int, by: str) -> None:
         """Disarm and say by what: one of REASONS."""

@@ -342,7 +342,8 @@ def test_termination_is_for_good(vehicle: FakeVehicle) -> None:
     assert vehicle.take_texts() == ["Failsafe activated", "Preflight Fail: Flight termination active"]
     assert vehicle.result(mavlink.MAV_CMD_NAV_LAND) == TEMPORARILY_REJECTED
     assert vehicle.take_texts() == ["Switching to Land is currently not available"]
-    vehicle.result(ARM_DISARM, 0, 21196)
+    assert vehicle.result(ARM_DISARM, 0) == TEMPORARILY_REJECTED
+    assert vehicle.result(ARM_DISARM, 0, 21196) == ACCEPTED
     vehicle.run(0.2)
     assert vehicle.arm() == TEMPORARILY_REJECTED
     assert vehicle.mode is NavState.TERMINATION
