@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from sitl_emu.autopilot.commander import arming_checks
-from sitl_emu.autopilot.commander.arming_checks import companion_computer
+from sitl_emu.autopilot.commander.arming_checks import companion_computer, offboard
 from sitl_emu.autopilot.commander.arming_checks.checks import all_checks
 from sitl_emu.autopilot.commander.arming_checks.findings import (
     GPS,
@@ -274,6 +274,31 @@ def test_offboard_position_needs_a_position() -> None:
     vehicle.topics.vehicle_local_position = vehicle.topics.vehicle_local_position._replace(xy_valid=False)
     check(vehicle)
     assert vehicle.topics.failsafe_flags.offboard_control_signal_lost
+
+
+NAN = math.nan
+
+
+@pytest.mark.parametrize(
+    ("setpoint", "invalid", "event"),
+    [
+        (TrajectorySetpoint(position=(NAN, NAN, -5.0)), "local_position", "no_local_position"),
+        (TrajectorySetpoint(velocity=(NAN, NAN, -1.0)), "local_velocity", "no_local_velocity"),
+        (TrajectorySetpoint(0, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0)), "local_velocity", "no_local_velocity"),
+        (TrajectorySetpoint(acceleration=(NAN, NAN, -1.0)), "attitude", "no_attitude"),
+        (TrajectorySetpoint(velocity=(NAN, NAN, -1.0)), "local_position", None),
+    ],
+)
+def test_offboard_needs_what_any_axis_of_the_setpoint_asks_for(
+    setpoint: TrajectorySetpoint, invalid: str, event: str | None
+) -> None:
+    """PX4's offboardCheck, of offboard_control_mode as the MAVLink receiver fills it."""
+    vehicle, findings = FakeVehicle(), Findings()
+    vehicle.topics.offboard_setpoint = OffboardSetpoint(READY_US, trajectory=setpoint)
+    setattr(findings, f"{invalid}_invalid", True)
+    offboard.check(READY_US, vehicle.topics, vehicle.commander._checks._settings, findings)
+    assert findings.offboard_control_signal_lost is (event is not None)
+    assert [failure.event for failure in findings.failures] == ([f"check_modes_offboard_{event}"] if event else [])
 
 
 def test_a_battery_that_falls_silent_is_not_well() -> None:
