@@ -111,7 +111,7 @@ class Commander:
         self._sticks_lost = True
         self._reference_us = 0
         """When the local frame was last placed anew."""
-        self._links = LinkWatch(topics, say, send_event)
+        self._links = LinkWatch(topics, parameters, say, send_event)
         self._failure_detector = FailureDetector(topics, parameters)
         self._checks_due_us = 0
         self._now_us = 0

@@ -1,13 +1,15 @@
 """Components of this vehicle whose heartbeats the commander follows: who has gone, and who is back.
 
 PX4's Commander::dataLinkCheck (v1.18): a heartbeat counts for 2.5 s, and a while after that (5 s for a mission
-computer, 3 s for others) its component is lost. One that never was there is not missed.
+computer, 3 s for others) its component is lost. One that never was there is not missed, and traffic avoidance only with
+COM_ARM_TRAFF.
 """
 
 from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import GcsHeartbeats
 
 HEARTBEAT_TIMEOUT_US: Final = 2_500_000
@@ -22,6 +24,8 @@ class Component(NamedTuple):
     timeout_us: int
     lost: tuple[str, str]
     regained: tuple[str, str]
+    wanted: str = ""
+    """The parameter that has it missed; "" is always."""
 
 
 COMPONENTS = (
@@ -34,20 +38,21 @@ COMPONENTS = (
     Component(
         "parachute_us",
         HEARTBEAT_TIMEOUT_US + LOST_AFTER_US,
-        ("Parachute system lost", ""),
+        ("Parachute system lost\t", ""),
         ("Parachute system regained\t", "commander_parachute_regained"),
     ),
     Component(
         "open_drone_id_us",
         HEARTBEAT_TIMEOUT_US + LOST_AFTER_US,
-        ("Remote ID system lost", "commander_remote_id_lost"),
+        ("Remote ID system lost\t", "commander_remote_id_lost"),
         ("Remote ID system regained\t", "commander_open_drone_id_regained"),
     ),
     Component(
         "adsb_us",
         HEARTBEAT_TIMEOUT_US + LOST_AFTER_US,
-        ("Traffic avoidance system lost", "commander_traffic_avoidance_lost"),
+        ("Traffic avoidance system lost\t", "commander_traffic_avoidance_lost"),
         ("Traffic avoidance system regained\t", "commander_traffic_avoidance_regained"),
+        wanted="COM_ARM_TRAFF",
     ),
 )
 
@@ -55,9 +60,9 @@ COMPONENTS = (
 class ComponentLinks:
     """Tells losses and returns, each once."""
 
-    def __init__(self, say: Say) -> None:
+    def __init__(self, parameters: Parameters, say: Say) -> None:
         """`say` tells the ground."""
-        self._say = say
+        self._parameters, self._say = parameters, say
         self._lost: set[str] = set()
 
     def update(self, now_us: int, heartbeats: GcsHeartbeats) -> None:
@@ -65,6 +70,8 @@ class ComponentLinks:
         for component in COMPONENTS:
             heard_us = getattr(heartbeats, component.heard)
             lost = heard_us > 0 and now_us - heard_us > component.timeout_us
+            if lost and component.wanted and not self._parameters[component.wanted]:
+                continue
             if lost is (component.heard in self._lost):
                 continue
             self._lost ^= {component.heard}

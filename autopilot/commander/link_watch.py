@@ -3,15 +3,16 @@
 from sitl_emu.autopilot.commander.component_links import ComponentLinks
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics
 
 
 class LinkWatch:
     """Compares failsafe_flags with what was told last."""
 
-    def __init__(self, topics: Topics, say: Say, send_event: SendEvent) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say, send_event: SendEvent) -> None:
         self._topics, self._say, self._send_event = topics, say, send_event
-        self._component_links = ComponentLinks(say)
+        self._component_links = ComponentLinks(parameters, say)
         self._sticks_lost = True
         self._sticks_seen_us = 0
         self._gcs_ever_lost = self._gcs_lost = False

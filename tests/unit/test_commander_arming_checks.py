@@ -143,7 +143,16 @@ def test_each_limit_of_the_fence_is_told_by_its_own_text() -> None:
     vehicle.topics.geofence_result = GeofenceResult(0, True, False, True, action=2)
     check(vehicle)
     texts = ["Geofence: exceeding maximum distance to Home", "Geofence: approaching or outside geofence"]
-    assert vehicle.take_texts() == texts
+    assert vehicle.said == texts  # without the tab of other texts that have an event
+
+
+def test_a_mission_that_cannot_be_completed_is_told() -> None:
+    """PX4's missionCheck."""
+    vehicle = ready()
+    vehicle.topics.mission_result = MissionResult(valid=True, failure=True)
+    check(vehicle)
+    assert vehicle.topics.failsafe_flags.mission_failure
+    assert vehicle.take_texts() == ["Mission cannot be completed"]
 
 
 def test_a_fence_that_sends_home_needs_one() -> None:
@@ -187,7 +196,7 @@ def test_gps(com_arm_wo_gps: int, may_arm: bool, texts: list[str]) -> None:
         ("COM_PARACHUTE", 1, True, []),
         ("COM_PARACHUTE", 2, False, ["Preflight Fail: Parachute system missing"]),
         ("COM_ARM_ODID", 0, True, []),
-        ("COM_ARM_ODID", 1, True, []),
+        ("COM_ARM_ODID", 1, True, ["Preflight Fail: Open Drone ID system missing"]),
         ("COM_ARM_ODID", 3, False, ["Preflight Fail: Open Drone ID system missing"]),
         ("COM_ARM_TRAFF", 0, True, []),
         ("COM_ARM_TRAFF", 1, True, ["Preflight Fail: Traffic avoidance system missing"]),
@@ -227,7 +236,10 @@ def test_components_come_and_go() -> None:
     vehicle.run(4.9)
     assert vehicle.take_texts() == []
     vehicle.run(1.0)
-    assert vehicle.take_texts() == [
+    assert "Traffic avoidance system lost\t" not in vehicle.said  # nobody wants one
+    vehicle.parameters.set("COM_ARM_TRAFF", 3)
+    vehicle.run(0.12)
+    assert [text for text in vehicle.take_texts() if text.endswith("lost")] == [
         "Connection to mission computer lost",
         "Parachute system lost",
         "Remote ID system lost",

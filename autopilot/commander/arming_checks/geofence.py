@@ -7,13 +7,13 @@ from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
 TOLD = (
-    ("max_dist_triggered", "check_gf_violation_max_hor_dist", "Geofence: exceeding maximum distance to Home\t"),
-    ("max_alt_triggered", "check_gf_violation_max_alt", "Geofence: exceeding maximum altitude above Home\t"),
-    ("custom_fence_triggered", "check_gf_violation_custom_gf", "Geofence: approaching or outside geofence\t"),
+    ("max_dist_triggered", "check_gf_violation_max_hor_dist", "Geofence: exceeding maximum distance to Home"),
+    ("max_alt_triggered", "check_gf_violation_max_alt", "Geofence: exceeding maximum altitude above Home"),
+    ("custom_fence_triggered", "check_gf_violation_custom_gf", "Geofence: approaching or outside geofence"),
 )
-"""What is broken, by geofence_result's field, with its event and text."""
+"""What is broken, by geofence_result's field, with its event and text, which has no tab though it has an event."""
 ACTION_RETURN: Final = 3
-TEXT_NO_HOME: Final = "Preflight Fail: Geofence RTL requires valid home\t"
+TEXT_NO_HOME: Final = "Preflight Fail: Geofence RTL requires valid home"
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:

@@ -9,6 +9,7 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     """Says whether MISSION can be flown and whether it failed."""
     result = topics.mission_result
     findings.auto_mission_missing = not result.valid
-    findings.mission_failure = result.failure
-    if result.valid and result.failure:
-        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, "check_mission_failure")
+    findings.mission_failure = result.valid and result.failure
+    if findings.mission_failure:
+        event, text = "check_mission_failure", "Mission cannot be completed\t"
+        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, event, text=text)

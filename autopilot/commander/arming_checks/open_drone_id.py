@@ -15,7 +15,7 @@ ERROR: Final = 2
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """Only an error has a text."""
+    """A warning has the text of an error, other than a parachute's."""
     heartbeats = topics.gcs_heartbeats
     there = present(now_us, heartbeats.open_drone_id_us)
     findings.remote_id_unhealthy = not (there and heartbeats.open_drone_id_healthy)
@@ -30,5 +30,5 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     )
     is_error = settings.com_arm_odid >= ERROR
     modes, level = (ALL_MODES, Severity.ERROR) if is_error else (NO_MODE, Severity.WARNING)
-    text = f"Preflight Fail: Open Drone ID system {what}" if is_error else ""
+    text = f"Preflight Fail: Open Drone ID system {what}"
     findings.health_failure(modes, Component.OPEN_DRONE_ID, level, event, text=text)
