@@ -1,9 +1,11 @@
 """Which sticks are flown, and what they ask for beside flying. PX4's manual_control (v1.18).
 
 COM_RC_IN_MODE chooses among RC and joysticks (MANUAL_CONTROL of each link): 0 RC, 1 joysticks, 2 both with fallback,
-3 both but the first is kept, 4 none, 5 RC before joysticks. Sticks that are silent for COM_RC_LOSS_T are not valid any
-more. Gestures of the left stick arm and disarm (MAN_ARM_GESTURE), both sticks together kill (MAN_KILL_GEST_T); RC
-switches choose modes (COM_FLTMODEn), arm and kill; sticks that move faster than MAN_OVERRIDE_SPD take over.
+3 both but the first is kept, 4 none, 5 and 7 RC before joysticks, 6 and 8 joysticks before RC; of several joysticks the
+first link goes before the others in 5 and 6, the last one in 7 and 8. Sticks that are silent for COM_RC_LOSS_T are not
+valid any more. Gestures of the left stick arm and disarm (MAN_ARM_GESTURE), both sticks together kill
+(MAN_KILL_GEST_T); RC switches choose modes (COM_FLTMODEn), arm and kill; sticks that move faster than MAN_OVERRIDE_SPD
+take over.
 
 Left out: landing gear, VTOL, camera and payload switches, RC_MAP_FLTM_BTN.
 """
@@ -23,8 +25,9 @@ from sitl_emu.autopilot.topics import (
     Topics,
 )
 
-RC_ONLY, MAVLINK_ONLY, FALLBACK, FIRST, DISABLED, RC_FIRST = range(6)
-"""COM_RC_IN_MODE."""
+RC_ONLY, MAVLINK_ONLY, FALLBACK, FIRST, DISABLED = range(5)
+RC_ASCENDING, ASCENDING_RC, RC_DESCENDING, DESCENDING_RC = range(5, 9)
+"""COM_RC_IN_MODE; the last four put all sources in an order."""
 MOVING_TIME_CONSTANT_S = 0.05
 """Of the filter on the speed of a stick."""
 FEWEST_MOVES = 3
@@ -86,6 +89,30 @@ class Held:
         return self.state and not before
 
 
+def wants(mode: int, source: int, chosen: int, first: int) -> bool:
+    """Whether COM_RC_IN_MODE wants sticks of a source flown instead of those that are now.
+
+    `chosen` is their source, `first` that of the first of all; SOURCE_UNKNOWN: there are none (PX4's
+    ManualControlSelector::isInputValid). RC is before the MAVLink links in number.
+    """
+    is_rc, free = source == SOURCE_RC, chosen in (SOURCE_UNKNOWN, source)
+    if mode == RC_ONLY:
+        return is_rc
+    if mode == MAVLINK_ONLY:
+        return not is_rc and free
+    if mode == FIRST:
+        return first in (SOURCE_UNKNOWN, source)
+    if mode == RC_ASCENDING:
+        return free or source < chosen
+    if mode == ASCENDING_RC:
+        return free or (not is_rc and (chosen == SOURCE_RC or source < chosen))
+    if mode == RC_DESCENDING:
+        return free or is_rc or (chosen != SOURCE_RC and source > chosen)
+    if mode == DESCENDING_RC:
+        return free or source > chosen
+    return mode == FALLBACK and free
+
+
 class ManualControl:
     """Writes manual_control_setpoint and action_request."""
 
@@ -145,20 +172,11 @@ class ManualControl:
 
     def _choose(self, now_us: int, sticks: ManualControlInput) -> bool:
         """Take these sticks if COM_RC_IN_MODE wants them, and no others are in use."""
-        is_rc, source = sticks.data_source == SOURCE_RC, sticks.data_source
-        wanted = {
-            RC_ONLY: is_rc,
-            MAVLINK_ONLY: not is_rc,
-            FALLBACK: True,
-            FIRST: self._first in (SOURCE_UNKNOWN, source),
-            RC_FIRST: True,
-        }.get(self._mode, False)
-        same = source == self._chosen.data_source
-        better = self._mode == RC_FIRST and is_rc
-        if not wanted or (self._valid and not same and not better):
+        source = sticks.data_source
+        if not wants(self._mode, source, self._chosen.data_source if self._valid else SOURCE_UNKNOWN, self._first):
             return False
         self._chosen, self._valid = sticks, True
-        self._first = source
+        self._first = self._first or source
         self._lost_us = sticks.timestamp + self._timeout_us
         return True
 

@@ -6,7 +6,7 @@ import pytest
 
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.events.events import layout
-from sitl_emu.autopilot.manual_control.manual_control import ManualControl
+from sitl_emu.autopilot.manual_control.manual_control import ManualControl, wants
 from sitl_emu.autopilot.manual_control.rc_update import Channel, RcUpdate
 from sitl_emu.autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC, InputRc, ManualControlInput, RcParameter
 from sitl_emu.core import dialect as mavlink
@@ -126,6 +126,12 @@ def test_a_receiver_without_signal(channels: list[int], parameters: dict[str, fl
         (2, "rc", "joystick", SOURCE_RC),
         (3, "joystick", "rc", SOURCE_MAVLINK_0),
         (5, "joystick", "rc", SOURCE_RC),
+        (5, "rc", "joystick", SOURCE_RC),
+        (6, "joystick", "rc", SOURCE_MAVLINK_0),
+        (6, "rc", "joystick", SOURCE_MAVLINK_0),
+        (7, "joystick", "rc", SOURCE_RC),
+        (8, "rc", "joystick", SOURCE_MAVLINK_0),
+        (8, "joystick", "rc", SOURCE_MAVLINK_0),
     ],
 )
 def test_which_sticks_are_flown(mode: int, first: str, second: str, flown: int) -> None:
@@ -137,6 +143,14 @@ def test_which_sticks_are_flown(mode: int, first: str, second: str, flown: int) 
             pilot.joystick = (0.0, 0.0, 0.0, 0.0)
         pilot.run(0.5)
     assert pilot.sticks.data_source == flown
+
+
+@pytest.mark.parametrize(("mode", "first_link", "last_link"), [(5, 1, 0), (6, 1, 0), (7, 0, 1), (8, 0, 1), (3, 0, 0)])
+def test_which_of_two_joysticks_goes_before_the_other(mode: int, first_link: int, last_link: int) -> None:
+    """Links in their order, or the other way round (ManualControlSelector::isInputValid)."""
+    link_0, link_1 = SOURCE_MAVLINK_0, SOURCE_MAVLINK_0 + 1
+    assert wants(mode, link_0, link_1, link_1) is bool(first_link)
+    assert wants(mode, link_1, link_0, link_0) is bool(last_link)
 
 
 def test_the_other_sticks_take_over_only_where_that_is_wanted() -> None:
