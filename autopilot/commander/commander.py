@@ -178,7 +178,8 @@ class Commander:
             self._reference_us = topics.vehicle_local_position.ref_timestamp
             topics.home_position = home_position.in_local_frame(topics)
         home = topics.home_position
-        if self._arming.armed or home.manual_home or not self._parameters["COM_HOME_EN"]:
+        busy = self._arming.armed or self._arming.mission_in_progress
+        if busy or home.manual_home or not self._parameters["COM_HOME_EN"]:
             return
         if not home.valid or home_position.moved_away(topics):
             topics.home_position = home_position.at_vehicle(now_us, topics) or home
@@ -211,14 +212,12 @@ class Commander:
         self._was_armed, self._was_landed = armed, landed
 
     def _leave_finished_modes(self) -> None:
-        """TAKEOFF ends in HOLD; so does a mission that ends in the air."""
+        """In the air TAKEOFF ends in HOLD, and so does a mission (Commander::checkForMissionUpdate)."""
         result, nav_state = self._topics.mission_result, self._nav_state
         ended = self._arming.armed and result.finished and result.timestamp >= self._nav_state_us
-        if not ended or nav_state is not self._intention.mode:
+        if not ended or self._was_landed or nav_state is not self._intention.mode:
             return
-        if nav_state in (NavState.AUTO_TAKEOFF, NavState.AUTO_VTOL_TAKEOFF) or (
-            nav_state is NavState.AUTO_MISSION and not self._was_landed
-        ):
+        if nav_state in (NavState.AUTO_TAKEOFF, NavState.AUTO_VTOL_TAKEOFF, NavState.AUTO_MISSION):
             self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
 
     def _disarm_by_itself(self, now_us: int) -> None:

@@ -276,6 +276,20 @@ def test_home_follows_a_vehicle_that_is_carried_away_but_not_a_home_that_was_set
     assert not vehicle.topics.home_position.manual_home
 
 
+def test_home_follows_nobody_who_is_about_to_fly_a_mission(vehicle: FakeVehicle) -> None:
+    """PX4's Commander::run: MISSION is chosen, and has not ended."""
+    vehicle.upload(item(22, 0, 0, 10), item(16, 20, 0, 10))
+    vehicle.run(0.2)
+    assert vehicle.set_mode(4, 4) == ACCEPTED
+    vehicle.step()
+    vehicle.north = 20.0
+    vehicle.run(0.3)
+    assert vehicle.topics.home_position.x == pytest.approx(0.0, abs=0.1)
+    vehicle.set_mode(4, 3)
+    vehicle.run(0.3)
+    assert vehicle.topics.home_position.x == pytest.approx(20.0, abs=0.1)
+
+
 @pytest.mark.parametrize(
     ("number", "param1", "result"),
     [
