@@ -9,11 +9,12 @@ from typing import Final
 
 from sitl_emu.autopilot.commander import home_position
 from sitl_emu.autopilot.commander.arm_authorization import ArmAuthorization
-from sitl_emu.autopilot.commander.arming import Arming
+from sitl_emu.autopilot.commander.arming import MISSION_START, Arming
 from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
 from sitl_emu.autopilot.commander.auto_disarm import AutoDisarm
 from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
 from sitl_emu.autopilot.commander.command_handlers import CommandHandlers
+from sitl_emu.autopilot.commander.command_results import ACCEPTED
 from sitl_emu.autopilot.commander.component_links import present_and_healthy
 from sitl_emu.autopilot.commander.control_mode import control_mode
 from sitl_emu.autopilot.commander.failsafe import Failsafe
@@ -43,6 +44,8 @@ SAFETY_BREAKER: Final = 22027
 """CBRK_IO_SAFETY: the safety button is out of the way."""
 HOLD_NO_FAILSAFE: Final = 7
 """NAV_RCL_ACT."""
+ARMED_ON_BOOT_AFTER_US: Final = 5_000_000
+"""Commander::run."""
 PREARM_DISABLED: Final = 0
 PREARM_BY_SAFETY_BUTTON: Final = 1
 PREARMED_AFTER_US: Final = 5_000_000
@@ -115,6 +118,7 @@ class Commander:
         self._failure_detector = FailureDetector(topics, parameters)
         self._checks_due_us = 0
         self._now_us = 0
+        self._arms_on_boot = bool(parameters["COM_ARM_ON_BOOT"])
         self._navigator_commands_seen = 0
         self._published: tuple[object, ...] = ()
 
@@ -147,6 +151,7 @@ class Commander:
             self._tell_of_battery()
             self._hold_without_sticks()
             self._follow_home(now_us)
+            self._arm_on_boot(now_us)
         self._pilot.update(now_us, in_failsafe=self._failsafe.in_failsafe)
         self._follow_takeoff_and_landing(now_us)
         self._leave_finished_modes()
@@ -179,10 +184,19 @@ class Commander:
             topics.home_position = home_position.in_local_frame(topics)
         home = topics.home_position
         busy = self._arming.armed or self._arming.mission_in_progress
+        in_air = self._arming.armed and not topics.vehicle_land_detected.landed
+        if in_air and not home.valid and self._parameters["COM_HOME_IN_AIR"]:
+            self._arming.set_home(now_us)
         if busy or home.manual_home or not self._parameters["COM_HOME_EN"]:
             return
         if not home.valid or home_position.moved_away(topics):
             topics.home_position = home_position.at_vehicle(now_us, topics) or home
+
+    def _arm_on_boot(self, now_us: int) -> None:
+        """COM_ARM_ON_BOOT: as soon as all is well, and once."""
+        due = self._arms_on_boot and now_us > ARMED_ON_BOOT_AFTER_US and not self._arming.armed
+        if due and self._checks.can_arm(self._nav_state):
+            self._arms_on_boot = self._arming.arm(now_us, forced=True, by=MISSION_START) != ACCEPTED
 
     def _take_navigator_commands(self, now_us: int) -> None:
         """Last in a cycle, as in PX4's Commander::run: an RTL item at a mission's end leads over HOLD to RTL."""

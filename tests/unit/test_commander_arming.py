@@ -9,7 +9,7 @@ from sitl_emu.autopilot.commander.home_position import in_local_frame
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.events.events import layout
-from sitl_emu.autopilot.topics import LoggerStatus, ManualControlSetpoint, VehicleCommand
+from sitl_emu.autopilot.topics import HomePosition, LoggerStatus, ManualControlSetpoint, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
@@ -274,6 +274,29 @@ def test_home_follows_a_vehicle_that_is_carried_away_but_not_a_home_that_was_set
     assert vehicle.result(mavlink.MAV_CMD_DO_SET_HOME, 1) == ACCEPTED
     assert vehicle.topics.home_position.x == pytest.approx(0.0, abs=0.1)
     assert not vehicle.topics.home_position.manual_home
+
+
+def test_a_vehicle_may_arm_itself_when_it_has_booted_once() -> None:
+    """COM_ARM_ON_BOOT, from five seconds after boot on (Commander::run)."""
+    vehicle = FakeVehicle(COM_ARM_ON_BOOT=1)
+    vehicle.run(4.9)
+    assert not now(vehicle.armed)
+    vehicle.run(0.3)
+    assert now(vehicle.armed)
+    assert vehicle.take_texts() == ["Armed by mission start"]
+    vehicle.result(ARM_DISARM, 0)
+    vehicle.run(1.0)
+    assert not vehicle.armed
+
+
+@pytest.mark.parametrize("com_home_in_air", [0, 1])
+def test_a_home_that_is_not_known_yet_may_be_set_in_the_air(com_home_in_air: int) -> None:
+    vehicle = FakeVehicle(COM_HOME_IN_AIR=com_home_in_air)
+    vehicle.run(3.0)
+    vehicle.take_off(10.0)
+    vehicle.topics.home_position = HomePosition()
+    vehicle.run(0.3)
+    assert vehicle.topics.home_position.valid is bool(com_home_in_air)
 
 
 def test_home_follows_nobody_who_is_about_to_fly_a_mission(vehicle: FakeVehicle) -> None:
