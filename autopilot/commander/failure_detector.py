@@ -1,5 +1,6 @@
 """Attitudes that no flight needs: tilted further than FD_FAIL_R, FD_FAIL_P for FD_FAIL_R_TTRI, FD_FAIL_P_TTRI. And an
-airframe that shakes more sideways than up and down by FD_IMB_PROP_THR, as one with a propeller out of balance does.
+airframe that shakes more sideways than up and down by FD_IMB_PROP_THR (0: nobody looks), as one with a propeller out of
+balance does.
 
 PX4's FailureDetector (src/modules/commander/failure_detector, v1.18). It looks in every mode that controls attitude, on
 the ground as in the air. What follows is in arming_checks/failure_detector.py and failsafe.py.
@@ -46,8 +47,9 @@ class FailureDetector:
         roll_limit, pitch_limit = self._limits_rad
         fd_roll = self._failed(now_us, 0, watches and 0.0 < roll_limit < abs(roll))
         fd_pitch = self._failed(now_us, 1, watches and 0.0 < pitch_limit < abs(pitch))
-        self._watch_balance()
-        imbalanced = self._imbalance > self._imbalance_limit
+        if self._imbalance_limit > 0.0:
+            self._watch_balance()
+        imbalanced = self._imbalance > self._imbalance_limit > 0.0
         status = topics.failure_detector_status
         found = (fd_roll, fd_pitch, imbalanced)
         if found != status[1:4] or now_us - self._told_us >= STATUS_EVERY_US:

@@ -39,6 +39,7 @@ from sitl_emu.autopilot.topics import (
     TrajectorySetpoint,
     VehicleAttitudeSetpoint,
     VehicleGlobalPosition,
+    VehicleImuStatus,
     VehicleLocalPosition,
     VehicleStatus,
 )
@@ -267,6 +268,16 @@ def test_a_vehicle_that_lies_on_its_side_is_not_armed() -> None:
     vehicle.parameters.set("FD_FAIL_R", 0)
     vehicle.run(0.2)
     assert vehicle.topics.health_report.can_arm_mode_flags
+
+
+@pytest.mark.parametrize(("limit", "found"), [(0.0, False), (5.0, True)])
+def test_a_propeller_out_of_balance_is_looked_for_where_there_is_a_limit(limit: float, found: bool) -> None:
+    """FD_IMB_PROP_THR (PX4's FailureDetector::update)."""
+    vehicle = ready(FD_IMB_PROP_THR=limit)
+    for _ in range(100):
+        vehicle.topics.vehicle_imu_status = VehicleImuStatus(vehicle.now_us, var_accel=(100.0, 100.0, 0.0))
+        vehicle.step()
+    assert vehicle.topics.failure_detector_status.fd_imbalanced_prop is found
 
 
 def test_position_that_may_be_two_and_a_half_times_too_far_off_is_none() -> None:
