@@ -118,6 +118,7 @@ class Commander:
         self._failure_detector = FailureDetector(topics, parameters)
         self._checks_due_us = 0
         self._now_us = 0
+        self._heading_resets = 0
         self._arms_on_boot = bool(parameters["COM_ARM_ON_BOOT"])
         self._navigator_commands_seen = 0
         self._published: tuple[object, ...] = ()
@@ -141,6 +142,7 @@ class Commander:
 
     def update(self, now_us: int) -> None:
         """At 50 Hz."""
+        self._turn_home(now_us)
         self._authorization.update(now_us)
         self._handlers.arm_with_leave(now_us)
         self._failure_detector.update(now_us)
@@ -176,6 +178,15 @@ class Commander:
             self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
             text = "Manual control lost: switching to Hold\t"
             self._say(Severity.INFO, text, "commander_rc_loss_hold_no_failsafe")
+
+    def _turn_home(self, now_us: int) -> None:
+        """A heading that the filter has corrected was as wrong when home took it (HomePosition::update)."""
+        local, home = self._topics.vehicle_local_position, self._topics.home_position
+        if local.heading_reset_counter == self._heading_resets:
+            return
+        self._heading_resets = local.heading_reset_counter
+        if home.valid and self._parameters["COM_HOME_EN"]:
+            self._topics.home_position = home._replace(timestamp=now_us, yaw=home.yaw + local.delta_heading)
 
     def _follow_home(self, now_us: int) -> None:
         topics = self._topics

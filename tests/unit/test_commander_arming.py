@@ -299,6 +299,17 @@ def test_a_home_that_is_not_known_yet_may_be_set_in_the_air(com_home_in_air: int
     assert vehicle.topics.home_position.valid is bool(com_home_in_air)
 
 
+def test_home_turns_with_a_heading_that_is_corrected(vehicle: FakeVehicle) -> None:
+    """PX4's HomePosition::update."""
+    vehicle.turned = 0.5
+    vehicle.take_off(10.0)
+    local = vehicle.topics.vehicle_local_position
+    vehicle.topics.vehicle_local_position = local._replace(heading_reset_counter=1, delta_heading=0.2)
+    for _ in range(2):
+        vehicle.commander.update(vehicle.now_us)
+        assert vehicle.topics.home_position.yaw == pytest.approx(0.7)
+
+
 def test_home_follows_nobody_who_is_about_to_fly_a_mission(vehicle: FakeVehicle) -> None:
     """PX4's Commander::run: MISSION is chosen, and has not ended."""
     vehicle.upload(item(22, 0, 0, 10), item(16, 20, 0, 10))
