@@ -98,6 +98,23 @@ def test_arguments_are_packed_as_the_table_types_them() -> None:
         layout("no_such_event")
 
 
+@pytest.mark.parametrize(
+    ("name", "severity", "arguments", "levels"),
+    [
+        ("commander_kill_sw_engaged", Severity.INFO, (), 0x66),
+        ("commander_kill_sw_engaged", Severity.CRITICAL, (), 0x62),
+        ("commander_ctrl_high_latency_failed", Severity.CRITICAL, (), 0x62),
+        ("commander_failsafe_enter_autopilot_disengaged", Severity.CRITICAL, (0, 3), 0x42),
+        ("commander_failsafe_enter_low_flight_time_warn", Severity.WARNING, (), 0x64),
+    ],
+)
+def test_the_log_has_its_own_level(name: str, severity: Severity, arguments: tuple[int, ...], levels: int) -> None:
+    """As PX4's commander sends them (Commander.cpp, failsafe/framework.cpp)."""
+    events = Events()
+    events.send(name, severity, *arguments)
+    assert events.recent[-1].log_levels == levels
+
+
 @pytest.mark.parametrize("loss", [0.05, 0.1, 0.3])
 def test_a_ground_station_gets_every_event_over_a_lossy_link(loss: float) -> None:
     peer, receiver, chance = Peer(), EventReceiver(1), random.Random(7)
