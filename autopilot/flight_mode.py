@@ -132,9 +132,9 @@ class FlightMode:
     by_set_mode: bool = True
     """DO_SET_MODE knows it by its main and sub mode (Commander::handle_command)."""
     slot: int | None = None
-    """Value of COM_FLTMODEn."""
+    """Value of COM_FLTMODEn (ManualControl::navStateFromParam)."""
     shell_name: str | None = None
-    """Word of `commander mode`."""
+    """Word of `commander mode` (Commander::custom_command)."""
     needs: Need
     """To be flown (ModeUtil/mode_requirements.cpp)."""
     prevents_arming: bool = False
@@ -239,6 +239,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         sub_mode=2,
         event_number=9,
         slot=9,
+        shell_name="position:slow",
         needs=_NEEDS_POSITION_RELAXED | Need.MANUAL_CONTROL,
         control=TRAJECTORY._replace(manual=True),
         task=Task.MANUAL_POSITION_SLOW,
@@ -248,6 +249,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         main_mode=MAIN_AUTO,
         sub_mode=19,
         event_number=25,
+        shell_name="auto:course",
         needs=_NEEDS_POSITION_RELAXED | Need.WIND_AND_FLIGHT_TIME,
         control=POSITION_TRIPLET,
         task=Task.AUTO,
@@ -257,6 +259,8 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         name="Altitude Cruise",
         main_mode=MAIN_ALTITUDE_CRUISE,
         event_number=24,
+        slot=16,
+        shell_name="altitude_cruise",
         needs=_NEEDS_ALTITUDE | Need.MANUAL_CONTROL,
         control=ALTITUDE._replace(manual=True),
         task=Task.ALTITUDE_CRUISE,
@@ -380,6 +384,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         main_mode=MAIN_POSCTL,
         sub_mode=1,
         event_number=14,
+        slot=14,
         standard_mode=mavlink.MAV_STANDARD_MODE_ORBIT,
         by_set_mode=False,
         needs=_NEEDS_POSITION | Need.WIND_AND_FLIGHT_TIME,
@@ -393,6 +398,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         main_mode=MAIN_AUTO,
         sub_mode=10,
         event_number=15,
+        slot=15,
         by_set_mode=False,
         needs=_NEEDS_POSITION,
         control=POSITION_TRIPLET,
@@ -407,6 +413,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
             event_number=16 + index,
             advanced=False,
             selectable=False,
+            slot=100 + index,
             shell_name="ext1" if index == 0 else None,
             needs=Need.OTHER,
             control=TRAJECTORY,

@@ -437,6 +437,15 @@ def test_who_flips_the_arming_switch_back_at_once_is_not_asked_for_health() -> N
         assert pilot.armed is rearmed
 
 
+@pytest.mark.parametrize(("value", "mode"), [(14, NavState.ORBIT), (16, NavState.ALTITUDE_CRUISE)])
+def test_a_slot_may_be_any_mode_that_px4_has_a_number_for(value: int, mode: NavState) -> None:
+    """ManualControl::navStateFromParam."""
+    pilot = Pilot(**RC, **SWITCHES, COM_FLTMODE1=value)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
+    pilot.run(3.0)
+    assert pilot.mode is mode
+
+
 def test_switches_ask_for_nothing_while_they_are_calibrated() -> None:
     pilot = Pilot(**RC, **SWITCHES, **MODES)
     pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]

@@ -120,12 +120,24 @@ def test_param_takes_what_c_takes_for_a_number() -> None:
 def test_commander_gives_commands_from_inside() -> None:
     console = Console()
     assert console.output("commander status").startswith(
-        "INFO  [commander] Disarmed\nINFO  [commander] navigation mode: "
+        "INFO  [commander] Disarmed\nINFO  [commander] prearm safety: "
     )
+    assert "INFO  [commander] navigation mode: " in console.output("commander status")
     assert console.output("commander mode nosuch") == "ERROR [commander] argument nosuch unsupported.\n"
+    assert console.output("commander mode position:slow") == ""
+    assert console.autopilot.topics.vehicle_status.nav_state_user_intention.name == "POSITION_SLOW"
     assert console.output("commander mode auto:land") == ""
     assert console.autopilot.topics.vehicle_status.nav_state_user_intention.name == "AUTO_LAND"
     assert console.output("commander check") == "INFO  [commander] Preflight check: FAILED\n"
+    assert console.output("commander safety") == (
+        "ERROR [commander] missing argument\nCommand 'commander' failed, returned 1.\n"
+    )
+    assert console.output("commander safety off") == ""
+    assert "unsupported" in console.output("commander actuator_group_test wings")
+    assert console.output("commander actuator_group_test roll") == ""
+    assert console.output("commander set_heading") == "ERROR [commander] missing argument\n"
+    assert console.output("commander set_heading 90") == ""
+    assert console.output("commander termination") == ""
 
 
 def test_listener_prints_a_topic_with_its_age() -> None:

@@ -4,6 +4,7 @@ Its commands go the way of a MAVLink command from inside; what the commander dec
 the texts that it tells everybody.
 """
 
+import math
 from collections.abc import Sequence
 
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
@@ -18,19 +19,26 @@ CUSTOM_MODE = 1.0
 MODES = {mode.shell_name: state for state, mode in FLIGHT_MODES.items() if mode.shell_name is not None}
 CALIBRATIONS = {"gyro": 1, "mag": 2, "baro": 3, "accel": 5, "level": 5, "airspeed": 6, "esc": 7}
 """Which parameter of MAV_CMD_PREFLIGHT_CALIBRATION asks for it."""
+ACTUATOR_GROUPS = ("roll", "pitch", "yaw", "tilt", "xthrust", "ythrust", "zthrust")
+"""By ACTUATOR_TEST_GROUP."""
+GROUP_VALUES = {"xthrust": 0.1, "ythrust": 0.1, "zthrust": -0.1}
+"""Little thrust where nobody says how much, lest it takes off; 1 in other groups."""
 CALIBRATION_VALUES = {"level": 2.0, "airspeed": 2.0}
 COMMANDS = (
     ("start", ""),
     ("calibrate", "mag|baro|accel|gyro|level|esc|airspeed [quick]"),
     ("check", "run the checks before arming"),
+    ("safety", "on|off"),
+    ("actuator_group_test", "roll|pitch|yaw|tilt|xthrust|ythrust|zthrust [VALUE]"),
     ("arm", "-f without checks"),
     ("disarm", "-f in the air"),
     ("takeoff", ""),
     ("land", ""),
     ("transition", "to fixed wing and back"),
     ("mode", "|".join(MODES)),
-    ("lockdown", "on|off"),
+    ("termination", "end the flight"),
     ("set_ekf_origin", "LATITUDE LONGITUDE ALTITUDE"),
+    ("set_heading", "DEGREES"),
     ("poweroff", ""),
     ("stop", ""),
     ("status", "armed or not, mode, failsafe"),
@@ -66,15 +74,21 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     if command == "poweroff":
         send(vehicle, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, SHUTDOWN)
         return SUCCESS
-    if command == "lockdown" and words:
-        send(vehicle, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0.0 if words[0] == "off" else 2.0, 0.0)
+    if command == "termination":
+        send(vehicle, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1.0, 0.0)
         return SUCCESS
+    if command == "safety":
+        return (yield from _safety(vehicle, words))
+    if command == "actuator_group_test":
+        return (yield from _actuator_group_test(vehicle, words))
     if command == "mode" and words:
         return (yield from _mode(vehicle, words[0]))
     if command == "calibrate" and words:
         return (yield from _calibrate(vehicle, words))
     if command == "set_ekf_origin":
         return (yield from _set_ekf_origin(vehicle, words))
+    if command == "set_heading":
+        return (yield from _set_heading(vehicle, words))
     if command in ("mode", "calibrate"):
         yield error("commander", "missing argument")
     yield usage("commander", COMMANDS)
@@ -84,6 +98,7 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
 def _status(vehicle: Vehicle) -> Output:
     status = vehicle.topics.vehicle_status
     yield info("commander", "Armed" if status.armed else "Disarmed")
+    yield info("commander", f"prearm safety: {'Off' if status.safety_off else 'On'}")
     yield info("commander", f"navigation mode: {FLIGHT_MODES[status.nav_state].name}")
     yield info("commander", f"user intended navigation mode: {FLIGHT_MODES[status.nav_state_user_intention].name}")
     yield info("commander", f"in failsafe: {'yes' if status.failsafe else 'no'}")
@@ -103,7 +118,8 @@ def _mode(vehicle: Vehicle, name: str) -> Output:
 def _calibrate(vehicle: Vehicle, words: list[str]) -> Output:
     what, quick = words[0], words[1:2] == ["quick"]
     if what == "mag" and quick:
-        send(vehicle, mavlink.MAV_CMD_FIXED_MAG_CAL_YAW)
+        heading_deg = number(words[2]) if len(words) > 2 else 0.0
+        send(vehicle, mavlink.MAV_CMD_FIXED_MAG_CAL_YAW, math.floor(heading_deg + 0.5) % 360.0)
         return SUCCESS
     parameter = CALIBRATIONS.get(what)
     if parameter is None:
@@ -112,6 +128,33 @@ def _calibrate(vehicle: Vehicle, words: list[str]) -> Output:
     values = [0.0] * 7
     values[parameter - 1] = QUICK if what == "accel" and quick else CALIBRATION_VALUES.get(what, 1.0)
     send(vehicle, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, *values)
+    return SUCCESS
+
+
+def _safety(vehicle: Vehicle, words: list[str]) -> Output:
+    if words[:1] not in (["on"], ["off"]):
+        yield error("commander", "invlaid argument, use [on|off]" if words else "missing argument")
+        return FAILURE
+    send(vehicle, mavlink.MAV_CMD_DO_SET_SAFETY_SWITCH_STATE, float(words[0] == "on"))
+    return SUCCESS
+
+
+def _actuator_group_test(vehicle: Vehicle, words: list[str]) -> Output:
+    if not words or words[0] not in ACTUATOR_GROUPS:
+        yield error("commander", f"argument {words[0]} unsupported." if words else "missing argument")
+        return FAILURE
+    group = ACTUATOR_GROUPS.index(words[0])
+    value = number(words[1]) if len(words) > 1 else GROUP_VALUES.get(words[0], 1.0)
+    send(vehicle, mavlink.MAV_CMD_ACTUATOR_GROUP_TEST, float(group), value)
+    return SUCCESS
+
+
+def _set_heading(vehicle: Vehicle, words: list[str]) -> Output:
+    if not words:
+        yield error("commander", "missing argument")
+        return SUCCESS
+    heading = (0.0, 0.0, number(words[0]), 0.0, 0.0, 0.0, math.nan)
+    send(vehicle, mavlink.MAV_CMD_EXTERNAL_ATTITUDE_ESTIMATE, *heading)
     return SUCCESS
 
 
