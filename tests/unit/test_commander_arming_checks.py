@@ -334,6 +334,22 @@ def test_a_battery_that_falls_silent_is_not_well() -> None:
     assert vehicle.arm() == 1
 
 
+@pytest.mark.parametrize(
+    ("topic", "bad", "parameter", "value"),
+    [
+        ("sensor_mag", SensorMag(), "SYS_HAS_MAG", 0),
+        ("sensor_baro", SensorBaro(), "SYS_HAS_BARO", 0),
+        ("battery_status", BatteryStatus(connected=True, warning=3), "CBRK_SUPPLY_CHK", 894281),
+    ],
+)
+def test_what_there_is_not_is_not_asked_for(topic: str, bad: object, parameter: str, value: int) -> None:
+    vehicle = ready(**{parameter: value})
+    setattr(vehicle.topics, topic, bad)
+    check(vehicle)
+    assert vehicle.topics.health_report.can_arm_mode_flags
+    assert vehicle.topics.failsafe_flags.battery_warning == 0
+
+
 def test_the_emptiest_battery_counts() -> None:
     vehicle = ready()
     vehicle.topics.battery_status_outside = BatteryStatus(vehicle.now_us, True, 14.0, 1.0, 0.06, warning=2)

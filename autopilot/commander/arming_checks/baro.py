@@ -16,7 +16,12 @@ TIMEOUT_US: Final = 1_000_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """No sample for a second forbids arming. In flight no text is said of it, as measured on PX4 (inject_baro_off)."""
+    """No sample for a second forbids arming, unless there is no barometer at all (SYS_HAS_BARO).
+
+    In flight no text is said of it, as measured on PX4 (inject_baro_off).
+    """
+    if not settings.sys_has_baro:
+        return
     timestamp = topics.sensor_baro.timestamp
     if timestamp:
         findings.health_present |= Component.ABSOLUTE_PRESSURE

@@ -1,7 +1,8 @@
 """No battery that is connected is near its end, and all last longer than the way home (PX4's batteryCheck).
 
 COM_ARM_BAT_MIN: least charge to arm, 0..1, instead of the critical warning (negative: the warning counts). While armed
-the warning only gets worse. How long a battery lasts is known with its capacity (BAT1_CAPACITY) alone.
+the warning only gets worse. How long a battery lasts is known with its capacity (BAT1_CAPACITY) alone. CBRK_SUPPLY_CHK
+has nobody look at batteries.
 """
 
 import math
@@ -32,12 +33,14 @@ SILENT_US: Final = 5_000_000
 RETURN_KNOWN_US: Final = 3_000_000
 """How old an estimate of the return may be."""
 HYSTERESIS: Final = 1.1
+SUPPLY_CHECK_BROKEN: Final = 894281
+"""CBRK_SUPPLY_CHK."""
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """The warning level, and whether it forbids arming."""
     connected = batteries(topics)
-    if not connected:
+    if not connected or settings.cbrk_supply_chk == SUPPLY_CHECK_BROKEN:
         return
     findings.health_present |= Component.BATTERY
     armed, warning = topics.vehicle_status.armed, max(battery.warning for battery in connected)

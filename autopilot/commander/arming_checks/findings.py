@@ -89,6 +89,9 @@ class Settings(NamedTuple):
     com_arm_bat_min: float
     com_arm_mis_req: int
     sys_has_gps: int
+    sys_has_mag: int
+    sys_has_baro: int
+    cbrk_supply_chk: int
     nav_dll_act: int
     com_arm_odid: int
     com_arm_traff: int

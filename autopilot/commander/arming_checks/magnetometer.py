@@ -12,7 +12,11 @@ MISSING = ("check_mag_missing", "Preflight Fail: Compass Sensor 0 missing")
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """No sample for a second, or no calibration of its own (CAL_MAGn_ID), forbids arming."""
+    """No sample for a second, or no calibration of its own (CAL_MAGn_ID), forbids arming, unless there is none at all
+    (SYS_HAS_MAG).
+    """
+    if not settings.sys_has_mag:
+        return
     timestamp = topics.sensor_mag.timestamp
     if timestamp:
         findings.health_present |= Component.MAGNETOMETER
