@@ -86,6 +86,8 @@ LEVELS: dict[str, tuple[int | None, int]] = {
         ),
         (Severity.ERROR, Severity.INFO),
     ),
+    "stick_gesture_disabled_by_arm_switch": (Severity.INFO, DISABLED),
+    "commander_airmode_requires_no_arm_gesture": (Severity.ERROR, DISABLED),
     **dict.fromkeys(("mission_not_valid_refuse", "mission_not_valid_loiter"), (Severity.ERROR, DISABLED)),
     "navigator_mis_unsup_cmd": (Severity.ERROR, Severity.WARNING),
     "navigator_mis_first_wp_far": (Severity.WARNING, Severity.INFO),

@@ -15,6 +15,8 @@ from sitl_emu.autopilot.vehicle_kind import Traits
 
 MAV_TYPES = 50
 """PX4's MAV_TYPE_ENUM_END (Mavlink::mavlink_update_parameters); our dialect's is older by one."""
+WITH_YAW = 2
+"""MC_AIRMODE."""
 MAG_FUSE_TYPES = (0, 1, 5, 6)
 """EKF2_MAG_TYPE: automatic, heading, none, at the start alone (EKF2.cpp, MagFuseType)."""
 CRAWL_SPEED_MARGIN = 1.2
@@ -28,6 +30,9 @@ class Correction(NamedTuple):
     name: str
     corrected: Callable[[Parameters], Value]
     notifies: bool
+    text: str = ""
+    """What the ground is told of it, where it is."""
+    event: str = ""
 
 
 def _land_detector_speed(parameters: Parameters) -> float:
@@ -54,25 +59,61 @@ def _vehicle_type(parameters: Parameters) -> int:
     return kind if 0 <= kind < MAV_TYPES else 0
 
 
+def _arm_gesture(parameters: Parameters) -> int:
+    """Sticks do not arm where a switch does."""
+    gesture = int(parameters["MAN_ARM_GESTURE"])
+    return 0 if gesture == 1 and int(parameters["RC_MAP_ARM_SW"]) > 0 else gesture
+
+
+def _air_mode(parameters: Parameters) -> int:
+    """No yaw in it where the yaw stick, held aside, arms."""
+    air_mode = int(parameters["MC_AIRMODE"])
+    return 1 if air_mode == WITH_YAW and int(parameters["MAN_ARM_GESTURE"]) == 1 else air_mode
+
+
 EVERYWHERE = (
     Correction("vehicle_imu", "IMU_INTEG_RATE", _integration_rate, False),
     Correction("vehicle_angular_velocity", "IMU_GYRO_RATEMAX", _gyro_rate, False),
     Correction("vehicle_magnetometer", "CAL_MAG_SIDES", lambda parameters: parameters["SENS_MAG_SIDES"], True),
-    Correction("ekf2", "EKF2_MAG_TYPE", _mag_type, True),
+    Correction(
+        "ekf2",
+        "EKF2_MAG_TYPE",
+        _mag_type,
+        True,
+        text="EKF2_MAG_TYPE invalid, resetting to default",
+        event="ekf2_mag_type_invalid",
+    ),
     Correction("mavlink", "MAV_TYPE", _vehicle_type, False),
+    Correction(
+        "manual_control",
+        "MAN_ARM_GESTURE",
+        _arm_gesture,
+        True,
+        text="Arm stick gesture disabled if arm switch in use\t",
+        event="stick_gesture_disabled_by_arm_switch",
+    ),
 )
-OF_LAND_DETECTOR = {"multicopter": (Correction("land_detector", "LNDMC_Z_VEL_MAX", _land_detector_speed, False),)}
-"""By Traits.land_detector."""
+OF_MULTICOPTERS = (
+    Correction("land_detector", "LNDMC_Z_VEL_MAX", _land_detector_speed, False),
+    Correction(
+        "manual_control",
+        "MC_AIRMODE",
+        _air_mode,
+        True,
+        text="Yaw Airmode requires disabling the stick arm gesture\t",
+        event="commander_airmode_requires_no_arm_gesture",
+    ),
+)
 
 
 class ParameterCorrections:
     """The modules of one vehicle that correct parameters."""
 
-    def __init__(self, parameters: Parameters, say: Say, traits: Traits) -> None:
-        """`say` tells what ekf2 tells the ground; the other modules write to the console alone."""
+    def __init__(self, parameters: Parameters, say: Say, traits: Traits, *, say_of_sticks: Say | None = None) -> None:
+        """`say` tells what ekf2 tells the ground, `say_of_sticks` what manual_control does; others are silent."""
         self._parameters = parameters
-        self._say = say
-        self._corrections = EVERYWHERE + OF_LAND_DETECTOR.get(traits.land_detector, ())
+        self._says = {"ekf2": say, "manual_control": say_of_sticks or say}
+        self._corrections = EVERYWHERE + (OF_MULTICOPTERS if traits.land_detector == "multicopter" else ())
         self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.notifications)
         self._correct()
 
@@ -88,7 +129,7 @@ class ParameterCorrections:
             value, before = correction.corrected(parameters), parameters[name]
             if value == before:
                 continue
-            if name == "EKF2_MAG_TYPE":
-                text = "EKF2_MAG_TYPE invalid, resetting to default"
-                self._say(Severity.CRITICAL, text, "ekf2_mag_type_invalid", float(before))
+            if correction.text:
+                told = (float(before),) if correction.module == "ekf2" else ()
+                self._says[correction.module](Severity.CRITICAL, correction.text, correction.event, *told)
             parameters.set(name, value, notify=correction.notifies)

@@ -66,6 +66,37 @@ def test_ekf2_says_what_it_reset() -> None:
     assert said == [("EKF2_MAG_TYPE invalid, resetting to default", "ekf2_mag_type_invalid", 3.0)]
 
 
+@pytest.mark.parametrize(
+    ("kind", "wanted", "corrected", "event"),
+    [
+        (VehicleKind.MULTICOPTER, {"RC_MAP_ARM_SW": 7}, ("MAN_ARM_GESTURE", 0), "stick_gesture_disabled_by_arm_switch"),
+        (VehicleKind.MULTICOPTER, {"MC_AIRMODE": 2}, ("MC_AIRMODE", 1), "commander_airmode_requires_no_arm_gesture"),
+        (VehicleKind.MULTICOPTER, {"MC_AIRMODE": 2, "MAN_ARM_GESTURE": 0}, ("MC_AIRMODE", 2), None),
+        (
+            VehicleKind.ROVER_ACKERMANN,
+            {"RC_MAP_ARM_SW": 7},
+            ("MAN_ARM_GESTURE", 0),
+            "stick_gesture_disabled_by_arm_switch",
+        ),
+    ],
+)
+def test_sticks_arm_neither_beside_a_switch_nor_against_an_air_mode_with_yaw(
+    kind: VehicleKind, wanted: dict[str, int], corrected: tuple[str, int], event: str | None
+) -> None:
+    """PX4's ManualControl::updateParams."""
+    told: list[str] = []
+    parameters = Parameters(kind)
+    corrections = ParameterCorrections(
+        parameters, lambda severity, text, event="", *values: told.append(event), kind.traits
+    )
+    for name, value in wanted.items():
+        parameters.set(name, value)
+    corrections.update(SECOND_US)
+    name, value = corrected
+    assert parameters[name] == value
+    assert told == ([event] if event else [])
+
+
 def test_some_corrections_are_not_told() -> None:
     """param_set_no_notification: LNDMC_Z_VEL_MAX is told with the next change of another parameter."""
     parameters = Parameters(VehicleKind.MULTICOPTER)
