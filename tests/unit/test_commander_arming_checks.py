@@ -21,6 +21,7 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
+    EstimatorSensorBias,
     EstimatorStatus,
     EstimatorStatusFlags,
     FailureDetectorStatus,
@@ -502,6 +503,29 @@ def test_what_the_filter_complains_of_forbids_the_modes_that_need_it(
     assert bool(can_arm >> NavState.AUTO_LOITER & 1) is may_hold
     assert bool(can_arm >> NavState.ACRO & 1) is may_fly_acro
     assert vehicle.take_texts() == [f"Preflight Fail: {text}"]
+
+
+@pytest.mark.parametrize(
+    ("bias", "event", "told"),
+    [
+        ({"accel_bias": (0.0, -0.34, 0.0)}, "accel", (1, -0.34, pytest.approx(0.3), pytest.approx(0.03))),
+        ({"accel_bias": (0.0, -0.32, 0.0)}, None, ()),
+        ({"accel_bias": (0.0, -0.34, 0.0), "accel_bias_valid": False}, None, ()),
+        ({"gyro_bias": (0.0, 0.0, 0.2)}, "gyro", (2, 0.2, pytest.approx(0.1125), pytest.approx(0.03))),
+    ],
+)
+def test_a_bias_near_its_limit_forbids_arming(bias: dict[str, Any], event: str | None, told: tuple[float, ...]) -> None:
+    """PX4's checkSensorBias; measured: High Accelerometer Bias (flight orbit_15m)."""
+    vehicle, variance = ready(), (1e-4, 1e-4, 1e-4)
+    vehicle.topics.estimator_sensor_bias = EstimatorSensorBias(
+        vehicle.now_us, gyro_bias=(0.0, 0.0, 0.0), gyro_bias_limit=0.15, gyro_bias_variance=variance,
+        gyro_bias_valid=True, accel_bias=(0.0, 0.0, 0.0), accel_bias_limit=0.4, accel_bias_variance=variance,
+        accel_bias_valid=True,
+    )._replace(**bias)  # fmt: skip
+    check(vehicle)
+    failures = [each for each in vehicle.commander._checks._findings.failures if each.event.endswith("_bias")]
+    expected = [(f"check_estimator_high_{event}_bias", told)] if event else []
+    assert [(failure.event, failure.arguments) for failure in failures] == expected
 
 
 def test_a_magnetic_field_that_is_another_forbids_arming_where_that_is_wanted() -> None:

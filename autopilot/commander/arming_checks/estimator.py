@@ -6,6 +6,7 @@ Before arming, what is measured has to agree with what is estimated: the filter'
 forbid the modes alone that need an attitude, and those about heading the modes that hold a place.
 """
 
+import math
 from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks.findings import (
@@ -20,13 +21,16 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
 from sitl_emu.autopilot.commander.mode_requirements import MODES_THAT_NEED
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.flight_mode import Need
-from sitl_emu.autopilot.topics import EstimatorStatus, EstimatorStatusFlags, Topics
+from sitl_emu.autopilot.topics import EstimatorSensorBias, EstimatorStatus, EstimatorStatusFlags, Topics
 
 TIMEOUT_US: Final = 1_000_000
 PROBATION_US: Final = 1_000_000
 KEPT_FACTOR: Final = 2.5
 INFINITE = float("inf")
 FLAGS_FRESH_US: Final = 5_000_000
+BIAS_FRESH_US: Final = 30_000_000
+BIAS_SHARE: Final = 0.75
+BIAS_SIGMAS: Final = 3.0
 ALMOST_LOST_SHARE: Final = 0.9
 ALMOST_LOST_M: Final = 10.0
 """A position is about to be lost this near to what it may be off: the later of the two."""
@@ -128,9 +132,36 @@ def _check_attitude(now_us: int, topics: Topics, findings: Findings) -> None:
         findings.unhealthy |= AHRS
     if topics.estimator_status.timestamp:
         findings.health_present |= Component.LOCAL_POSITION_ESTIMATE
+        _check_biases(now_us, topics.estimator_sensor_bias, findings)
         return
     failure = (ATTITUDE_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.INFO, "check_estimator_missing_data")
     findings.arming_check_failure(*failure, text="Preflight Fail: ekf2 missing data")
+
+
+def _check_biases(now_us: int, bias: EstimatorSensorBias, findings: Findings) -> None:
+    """Three quarters of what a bias may be (EKF2_ABL_LIM, EKF2_ABL_GYRLIM), beyond doubt, are too much."""
+    if not bias.timestamp or now_us - bias.timestamp >= BIAS_FRESH_US:
+        return
+    sensors = (
+        (
+            "accel",
+            "Accelerometer",
+            bias.accel_bias_valid,
+            bias.accel_bias,
+            bias.accel_bias_limit,
+            bias.accel_bias_variance,
+        ),
+        ("gyro", "Gyro", bias.gyro_bias_valid, bias.gyro_bias, bias.gyro_bias_limit, bias.gyro_bias_variance),
+    )
+    for sensor, name, valid, values, limit, variances in sensors:
+        for axis, (value, variance) in enumerate(zip(values, variances, strict=True)):
+            least, doubt = BIAS_SHARE * limit, BIAS_SIGMAS * math.sqrt(max(0.0, variance))
+            if valid and abs(value) > least + doubt:
+                component, event = Component.LOCAL_POSITION_ESTIMATE, f"check_estimator_high_{sensor}_bias"
+                told = (axis, value, least, doubt)
+                text = f"Preflight Fail: High {name} Bias"
+                findings.arming_check_failure(ATTITUDE_MODES, component, Severity.ERROR, event, *told, text=text)
+                return
 
 
 def _check_innovations(status: EstimatorStatus, findings: Findings) -> None:
