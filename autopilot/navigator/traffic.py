@@ -120,7 +120,7 @@ class Traffic:
         avoid = self._state.settings.nav_traff_avoid
         if avoid not in WARNINGS:
             return
-        heading_deg = math.degrees(report.heading) + 180.0
+        heading_deg = math.degrees(report.heading)
         self._send_event(WARNINGS[avoid], Severity.NOTICE, report.icao_address, separation_m, heading_deg)
         if avoid in ACTIONS:
             self._state.command(VehicleCommand(ACTIONS[avoid], *(0.0,) * 7))

@@ -105,7 +105,7 @@ class GcsHeartbeats(NamedTuple):
 
 
 class TransponderReport(NamedTuple):
-    """uORB transponder_report: an aircraft nearby. Degrees, m AMSL, heading in -π..π, m/s; `number` counts up."""
+    """uORB transponder_report: an aircraft nearby. Degrees, m AMSL, heading in 0..2π, m/s; `number` counts up."""
 
     timestamp: int
     number: int

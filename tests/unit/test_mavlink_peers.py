@@ -81,7 +81,7 @@ def test_aircraft_are_told_again_each_once_on_every_link() -> None:
         assert [vehicle.ICAO_address for vehicle in heard if vehicle.get_srcSystem() == 1] == [1, 2, 3]
         first = next(vehicle for vehicle in heard if vehicle.get_srcSystem() == 1).to_dict()
         assert first == adsb_vehicle(1).to_dict()
-    assert peer.topics.transponder_reports[0].heading == pytest.approx(math.radians(123.45) - math.pi)
+    assert peer.topics.transponder_reports[0].heading == pytest.approx(math.radians(123.45))
     assert peer.send(command_long(512, 246))[-1].result == 2, "nothing new, nothing on request"
 
 

@@ -13,8 +13,7 @@ from sitl_emu.autopilot.topics import TransponderReport
 from .navigation_fake import HOME_ALT, PLACE, FakeVehicle
 
 ALL_VALID = 0x0F
-NORTH, EAST = -math.pi, -math.pi / 2.0
-"""Headings as PX4 keeps them: half a turn less."""
+EAST, SOUTH = math.pi / 2.0, math.pi
 
 
 def flying(**parameters: float) -> FakeVehicle:
@@ -30,7 +29,7 @@ def see(
     north_m: float,
     east_m: float = 0.0,
     up_m: float = 50.0,
-    heading: float = NORTH,
+    heading: float = SOUTH,
     speed: float = 50.0,
     address: int = 1,
     flags: int = ALL_VALID,
@@ -58,11 +57,11 @@ def see(
 
 def test_an_aircraft_on_the_way_is_told_once_and_again_after_a_minute() -> None:
     vehicle = flying()
-    assert see(vehicle, 1000.0, 30.0) == [("navigator_traffic", (1, 30, 0))]
+    assert see(vehicle, 1000.0, 30.0) == [("navigator_traffic", (1, 30, 180))]
     assert see(vehicle, 900.0) == []
     assert vehicle.mode is NavState.AUTO_LOITER
     vehicle.run(60.0)
-    assert see(vehicle, 900.0) == [("navigator_traffic", (1, 0, 0))]
+    assert see(vehicle, 900.0) == [("navigator_traffic", (1, 0, 180))]
 
 
 @pytest.mark.parametrize(
@@ -90,7 +89,7 @@ def test_a_conflict_is_resolved_or_forgotten() -> None:
     vehicle = flying()
     see(vehicle, 1000.0)
     assert see(vehicle, 5000.0) == [("navigator_traffic_resolved", (1,))]
-    assert see(vehicle, 1000.0) == [("navigator_traffic", (1, 0, 0))]
+    assert see(vehicle, 1000.0) == [("navigator_traffic", (1, 0, 180))]
     vehicle.run(119.0)
     before = vehicle.events.count
     vehicle.run(1.2)
@@ -119,7 +118,7 @@ def test_more_than_ten_conflicts_are_too_many() -> None:
     vehicle = flying()
     vehicle.run(60.0)
     for address in range(1, 11):
-        assert see(vehicle, 1000.0, address=address) == [("navigator_traffic", (address, 0, 0))]
+        assert see(vehicle, 1000.0, address=address) == [("navigator_traffic", (address, 0, 180))]
     assert see(vehicle, 1000.0, address=11) == [("buffer_full", ())]
     assert see(vehicle, 1000.0, address=12) == []
 
@@ -128,6 +127,6 @@ def test_an_aircraft_that_is_nowhere_troubles_nobody() -> None:
     """Poles, antipodes and heights that no aircraft has."""
     vehicle = flying()
     for north_m, east_m, up_m in ((1e7, 0.0, 1e6), (2.0015e7, 0.0, -1e6), (0.0, 2e7, 50.0), (0.0, 0.0, 50.0)):
-        for heading in (NORTH, EAST, 0.3):
+        for heading in (SOUTH, EAST, 0.3):
             see(vehicle, north_m, east_m, up_m, heading, 600.0)
     assert vehicle.mode is NavState.AUTO_LOITER

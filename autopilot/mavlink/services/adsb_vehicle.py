@@ -1,7 +1,7 @@
 """ADSB_VEHICLE: aircraft nearby, for the navigator's traffic avoidance, and to be told again on every link.
 
 https://mavlink.io/en/messages/common.html#ADSB_VEHICLE, as PX4's handle_message_adsb_vehicle: from anybody, stamped
-with our time, the heading turned by half a turn.
+with our time.
 """
 
 import math
@@ -35,7 +35,7 @@ class AdsbVehicle:
             message.lon * 1e-7,
             message.altitude_type,
             message.altitude * 1e-3,
-            math.radians(message.heading * 1e-2) - math.pi,
+            math.radians(message.heading * 1e-2),
             message.hor_velocity * 1e-2,
             message.ver_velocity * 1e-2,
             message.callsign.encode("ascii", "replace"),

@@ -32,7 +32,7 @@ def _message(report: TransponderReport) -> Fields:
         rounded(report.lat * 1e7),
         rounded(report.lon * 1e7),
         rounded(report.altitude * 1e3),
-        rounded(math.degrees(report.heading + math.pi) * 100.0),
+        rounded(math.degrees(report.heading) * 100.0),
         rounded(report.hor_velocity * 100.0),
         rounded(report.ver_velocity * 100.0),
         report.flags,
