@@ -152,7 +152,10 @@ class RangingBeaconRange(NamedTuple):
 
 
 class BatteryStatus(NamedTuple):
-    """remaining is 0..1; warning is MAV_BATTERY_CHARGE_STATE-like 0 none, 1 low, 2 critical, 3 emergency."""
+    """remaining is 0..1; warning is MAV_BATTERY_CHARGE_STATE-like 0 none, 1 low, 2 critical, 3 emergency.
+
+    Current, charge and what was drawn of it are -1 where they are not known.
+    """
 
     timestamp: int = 0
     connected: bool = False
@@ -179,6 +182,8 @@ class BatteryStatus(NamedTuple):
     voltage_prediction: float = NAN
     prediction_error: float = NAN
     estimation_covariance_norm: float = NAN
+    id: int = 1
+    """Counted from 1; 0 of a battery that MAVLink told of (MavlinkReceiver::handle_message_battery_status)."""
 
 
 class GroundTruth(NamedTuple):

@@ -50,10 +50,28 @@ def test_a_battery_of_our_own_system_is_told_beside_ours_and_the_emptiest_in_sys
     assert [battery.voltages[:4] for battery in heard] == [[16200, *(65535,) * 3], [3501, 3502, 3503, 65535]]
     assert [(battery.id, battery.battery_remaining, battery.charge_state) for battery in heard] == [
         (0, 100, 1),
-        (0, 6, 3),
+        (255, 6, 3),
     ]
     status = only(peer.send(command_long(512, 1)), "SYS_STATUS")[0]
     assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (10506, 150, 6)
+
+
+def test_a_battery_that_does_not_know_its_charge_warns_of_nothing() -> None:
+    """-1 is not known, neither of the charge nor of the current (handle_message_battery_status)."""
+    peer = Peer(system=1, component=180)
+    peer.fly()
+    cells = [3500, *(65535,) * 9]
+    peer.send(mavlink.MAVLink_battery_status_message(0, 1, 1, 2550, cells, -1, -1, -1, -1, 90))
+    outside = peer.topics.battery_status_outside
+    assert (outside.remaining, outside.current_a, outside.warning) == (-1.0, -1.0, 0)
+    told = only(peer.run(2.5), "BATTERY_STATUS")[-1]
+    assert (told.battery_remaining, told.current_battery, told.current_consumed) == (-1, -1, -1)
+    assert (told.temperature, told.time_remaining, told.charge_state) == (2550, 90, 1)
+    status = only(peer.send(command_long(512, 1)), "SYS_STATUS")[0]
+    assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (3500, -1, -1)
+    peer.send(mavlink.MAVLink_battery_status_message(0, 1, 1, 32767, cells, -250, -1, -1, 50))
+    told = only(peer.run(2.5), "BATTERY_STATUS")[-1]
+    assert (told.temperature, told.current_battery, told.time_remaining) == (32767, -250, 0), "it is charged"
 
 
 def test_batteries_of_others_are_not_ours() -> None:

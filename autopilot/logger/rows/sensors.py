@@ -197,7 +197,6 @@ battery_status = by_name(
     BatteryStatus,
     {
         "temperature": "temperature_c",
-        "id": 1,
         "remaining_capacity_wh": NAN,
         "nominal_voltage": NAN,
         **zeros("full_charge_capacity_wh", "capacity", "cycle_count", "average_time_to_empty", "manufacture_date"),

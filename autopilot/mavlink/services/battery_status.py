@@ -2,9 +2,10 @@
 
 https://mavlink.io/en/messages/common.html#BATTERY_STATUS, as PX4's handle_message_battery_status: only from the
 vehicle's own system; the voltage is that of its cells together, the warning follows from its charge (BAT_LOW_THR,
-BAT_CRIT_THR, BAT_EMERGEN_THR). Several of them are one to us.
+BAT_CRIT_THR, BAT_EMERGEN_THR) where it knows that. Several of them are one to us.
 """
 
+import math
 from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
@@ -16,6 +17,8 @@ from sitl_emu.core import dialect as mavlink
 
 AUTOPILOT = 1
 NO_CELL = 65535
+NO_TEMPERATURE = 32767
+UNKNOWN = -1
 
 
 class BatteryStatus:
@@ -37,18 +40,28 @@ class BatteryStatus:
         voltages = list(message.voltages)
         count = voltages.index(NO_CELL) if NO_CELL in voltages else len(voltages)
         cells_v = tuple(millivolts * 1e-3 for millivolts in voltages[:count])
-        remaining = message.battery_remaining * 1e-2
+        current_a = _known(message.current_battery)
+        remaining = _known(message.battery_remaining)
+        temperature_c = math.nan if message.temperature == NO_TEMPERATURE else message.temperature * 1e-2
+        left_s = float(message.time_remaining) if message.time_remaining > 0 else math.nan
         self._topics.battery_status_outside = BatteryStatusSample(
             now_us,
             True,
             sum(cells_v),
-            message.current_battery * 1e-2,
+            current_a,
             remaining,
             float(message.current_consumed),
-            battery_warning(self._parameters, remaining),
+            battery_warning(self._parameters, remaining) if remaining >= 0.0 else 0,
             cells_v,
-            float(message.temperature),
+            temperature_c,
+            left_s,
+            id=0,
         )
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
+
+
+def _known(hundredths: int) -> float:
+    """-1 is not known on either side: it is no hundredth."""
+    return -1.0 if hundredths == UNKNOWN else hundredths * 1e-2

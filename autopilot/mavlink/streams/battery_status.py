@@ -14,9 +14,13 @@ UNKNOWN_TEMPERATURE: Final = 32767
 UNKNOWN_CELL: Final = 65535
 UNSUPPORTED: Final = 0
 CELLS: Final = 10
+UNKNOWN_ID: Final = 255
+"""Of a battery whose id is 0: PX4 takes 1 off in a byte."""
 CHARGE_STATE = (1, 2, 3, 4)
 """MAV_BATTERY_CHARGE_STATE of battery_status.warning: ok, low, critical, emergency."""
 LIPO: Final = 1
+UNKNOWN: Final = -1.0
+"""Charge and current of a battery that does not know them."""
 FUNCTION_ALL: Final = 1
 
 
@@ -25,11 +29,15 @@ def fields(now_us: int, context: Context) -> list[Fields]:
     return [_message(battery) for battery in batteries(context.topics)]
 
 
+def current_ca(current_a: float) -> int:
+    """Within int16; -1 is not known. One that is charged has a negative current."""
+    if current_a == UNKNOWN or not math.isfinite(current_a):
+        return -1
+    return max(-32768, min(32767, truncated(current_a * 100.0)))
+
+
 def _message(battery: BatteryStatus) -> Fields:
     """The first cell carries the whole voltage, as PX4 does when cells are unknown."""
-    current_ca = -1
-    if battery.current_a >= 0.0 and math.isfinite(battery.current_a):
-        current_ca = min(truncated(battery.current_a * 100.0), 32767)
     temperature = (
         truncated(battery.temperature_c * 100.0) if math.isfinite(battery.temperature_c) else UNKNOWN_TEMPERATURE
     )
@@ -41,11 +49,11 @@ def _message(battery: BatteryStatus) -> Fields:
         temperature,
         *(min(truncated(volts * 1000.0 + 0.5), UNKNOWN_CELL - 1) for volts in cells_v),
         *(UNKNOWN_CELL,) * (CELLS - len(cells_v)),
-        current_ca,
-        0,
+        current_ca(battery.current_a),
+        battery.id - 1 & UNKNOWN_ID,
         FUNCTION_ALL,
         LIPO,
-        truncated(battery.remaining * 100.0 + 0.5),
+        truncated(battery.remaining * 100.0 + 0.5) if battery.remaining != UNKNOWN else -1,
         left_s,
         CHARGE_STATE[battery.warning],
         0,

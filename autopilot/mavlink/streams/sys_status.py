@@ -4,7 +4,7 @@ import math
 from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.streams import Fields, battery_status
 from sitl_emu.autopilot.topics import BatteryStatus, batteries
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
@@ -20,9 +20,9 @@ def fields(now_us: int, context: Context) -> Fields:
     voltage_mv, current_ca, remaining_pct = UNKNOWN_VOLTAGE, -1, -1
     if battery.connected:
         voltage_mv = min(max(truncated(battery.voltage_v * 1000.0 + 0.5), 0), UNKNOWN_VOLTAGE)
-        if battery.current_a >= 0.0 and not math.isinf(battery.current_a):
-            current_ca = min(truncated(battery.current_a * 100.0), 32767)
-        remaining_pct = math.ceil(battery.remaining * 100.0)
+        current_ca = battery_status.current_ca(battery.current_a)
+        if battery.remaining != battery_status.UNKNOWN:
+            remaining_pct = math.ceil(battery.remaining * 100.0)
     return (
         health.present,
         health.enabled,
