@@ -4,7 +4,7 @@ All topics that PX4's client publishes are declared to DDS; those that no record
 them do in PX4, too, where nothing asks for them.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from sitl_emu.autopilot.logger.logged_topics import LoggedTopic
@@ -13,12 +13,11 @@ from sitl_emu.autopilot.topics import (
     FRAME_NED,
     GimbalDeviceAttitudeStatus,
     Topics,
-    Vector3,
     VehicleLocalPosition,
 )
 from sitl_emu.autopilot.uxrce_dds_client import cdr
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, Topic
-from sitl_emu.core.attitude import Quaternion, rotation
+from sitl_emu.core.attitude import variances_about_body
 
 NUMBERS = {topic.name: number for number, topic in enumerate(PUBLICATIONS)}
 """By topic, its place in the table: the number by which DDS's side knows it."""
@@ -88,22 +87,13 @@ def _odometry(topics: Topics) -> Row:
             *(here.vx, here.vy, here.vz),
             *topics.vehicle_angular_velocity.xyz,
             *(north_east, north_east, down),
-            *about_body(attitude.q, topics.estimator_states.covariances[:3]),
+            *variances_about_body(attitude.q, topics.estimator_states.covariances[:3]),
             *(velocity_ne, velocity_ne, velocity_d),
             (resets + attitude.quat_reset_counter) & 255,
             0,
         )
 
     return pack
-
-
-def about_body(q: Quaternion, variances: Sequence[float]) -> Vector3:
-    """Variances of an attitude about north, east and down as those about the body's axes (ekf_helper.cpp,
-    getRotVarBody); what couples north, east and down the filter does not tell, and does not count.
-    """
-    matrix = rotation(q)
-    x, y, z = (sum(matrix[axis + 3 * ned] ** 2 * variances[ned] for ned in range(3)) for axis in range(3))
-    return x, y, z
 
 
 def _gimbal_device_attitude_status(system_id: int) -> Row:

@@ -1,6 +1,7 @@
 """Quaternions (w, x, y, z) and Euler angles (roll, pitch, yaw; rad), one at a time and in plain Python."""
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 Quaternion = tuple[float, float, float, float]
@@ -61,6 +62,16 @@ def rotated(matrix: Rotation, vector: Vector) -> Vector:
     a, b, c, d, e, f, g, h, i = matrix
     x, y, z = vector
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+
+
+def variances_about_body(q: Quaternion, variances: Sequence[float]) -> Vector:
+    """Variances of an attitude about north, east and down as those about the body's axes (PX4: getRotVarBody).
+
+    What couples north, east and down does not count.
+    """
+    matrix = rotation(q)
+    x, y, z = (sum(matrix[axis + 3 * ned] ** 2 * variances[ned] for ned in range(3)) for axis in range(3))
+    return x, y, z
 
 
 def after_small_turn(q: Quaternion, hx: float, hy: float, hz: float) -> Quaternion:

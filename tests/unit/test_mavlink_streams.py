@@ -11,6 +11,7 @@ from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     EscStatus,
     EstimatorFusionControl,
+    EstimatorStates,
     EstimatorStatus,
     FailsafeFlags,
     GeofenceResult,
@@ -395,8 +396,27 @@ def test_odometry_is_in_the_local_frame() -> None:
     odometry = only(peer.send(command_long(REQUEST_MESSAGE, 331)), "ODOMETRY")[0]
     assert (odometry.frame_id, odometry.child_frame_id) == (mavlink.MAV_FRAME_LOCAL_NED,) * 2
     assert (odometry.vx, odometry.vy) == (0.5, 0.0)
-    assert math.isnan(odometry.pose_covariance[1])
-    assert math.isnan(odometry.velocity_covariance[20])
+
+
+def test_odometry_tells_the_variances_of_its_filter_and_0_for_what_couples_them() -> None:
+    """x, y, z, roll, pitch, yaw lie at 0, 6, 11, 15, 18, 20 (streams/ODOMETRY.hpp); it counts every reset."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    topics = peer.topics
+    topics.vehicle_attitude = topics.vehicle_attitude._replace(q=(1.0, 0.0, 0.0, 0.0), quat_reset_counter=16)
+    topics.estimator_states = EstimatorStates(covariances=(1e-4, 2e-4, 4e-4, *(0.0,) * 21))
+    topics.vehicle_local_position = topics.vehicle_local_position._replace(
+        eph=2.0, epv=3.0, evh=0.2, evv=0.5, xy_reset_counter=1, z_reset_counter=2, vxy_reset_counter=4,
+        vz_reset_counter=8, timestamp_sample=900,
+    )  # fmt: skip
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 331)), "ODOMETRY")[0]
+    pose, velocity = [0.0] * 21, [0.0] * 21
+    pose[0], pose[6], pose[11], pose[15], pose[18], pose[20] = 2.0, 2.0, 9.0, 1e-4, 2e-4, 4e-4
+    velocity[0], velocity[6], velocity[11] = 0.02, 0.02, 0.25
+    assert told.pose_covariance == pytest.approx(pose)
+    assert told.velocity_covariance == pytest.approx(velocity)
+    assert (told.reset_counter, told.time_usec, told.quality) == (31, 900, 0)
 
 
 def test_heights_without_a_home_are_above_the_origin() -> None:

@@ -1,35 +1,38 @@
-"""ODOMETRY: pose and velocity in NED, rates about the body's axes (PX4: streams/ODOMETRY.hpp)."""
+"""ODOMETRY: pose and velocity in NED, rates about the body's axes (PX4: ODOMETRY.hpp, EKF2::PublishOdometry)."""
 
-import math
 from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import variances_about_body
 
 ID = mavlink.MAVLINK_MSG_ID_ODOMETRY
 AUTOPILOT: Final = 8
 """MAV_ESTIMATOR_TYPE_AUTOPILOT."""
-ATTITUDE_VARIANCE: Final = 1e-4
-"""rad²; the filter does not tell the variance of its attitude."""
-NAN = math.nan
-ATTITUDE_DIAGONAL = (ATTITUDE_VARIANCE, NAN, NAN, ATTITUDE_VARIANCE, NAN, ATTITUDE_VARIANCE)
-RATES_DIAGONAL: Final = (NAN,) * 6
+RATES: Final = (0.0, 0.0, 0.0)
+"""Their variances are not told."""
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Covariances (upper triangles of 6 x 6) carry the diagonal alone, NaN elsewhere and for the rates."""
+    """Covariances (upper triangles of 6 x 6) carry the diagonal alone, 0 elsewhere and for the rates.
+
+    The attitude's variances are the filter's own as it told them last, twice a second.
+    """
     topics = context.topics
     local = topics.vehicle_local_position
     if local.timestamp == 0:
         return None
-    w, x, y, z = topics.vehicle_attitude.q
+    attitude = topics.vehicle_attitude
+    w, x, y, z = attitude.q
     p, q, r = topics.vehicle_angular_velocity.xyz
-    position = (*diagonal(0.5 * local.eph * local.eph, local.epv * local.epv), *ATTITUDE_DIAGONAL)
-    velocity = (*diagonal(0.5 * local.evh * local.evh, local.evv * local.evv), *RATES_DIAGONAL)
-    resets = (local.xy_reset_counter + local.z_reset_counter) & 255
+    of_attitude = variances_about_body(attitude.q, topics.estimator_states.covariances[:3])
+    north_east, velocity_ne = 0.5 * local.eph * local.eph, 0.5 * local.evh * local.evh
+    position = diagonal((north_east, north_east, local.epv * local.epv, *of_attitude))
+    velocity = diagonal((velocity_ne, velocity_ne, local.evv * local.evv, *RATES))
+    resets = local.xy_reset_counter + local.z_reset_counter + local.vxy_reset_counter + local.vz_reset_counter
     return (
-        local.timestamp,
+        local.timestamp_sample,
         local.x,
         local.y,
         local.z,
@@ -47,12 +50,14 @@ def fields(now_us: int, context: Context) -> Fields | None:
         *velocity,
         mavlink.MAV_FRAME_LOCAL_NED,
         mavlink.MAV_FRAME_LOCAL_NED,
-        resets,
+        (resets + attitude.quat_reset_counter) & 255,
         AUTOPILOT,
         0,
     )
 
 
-def diagonal(horizontal: float, vertical: float) -> Fields:
-    """The first three rows' upper triangle of a 6 x 6 matrix with nothing known beside the diagonal: 15 numbers."""
-    return (horizontal, *(NAN,) * 5, horizontal, *(NAN,) * 4, vertical, *(NAN,) * 3)
+def diagonal(variances: tuple[float, ...]) -> Fields:
+    """The upper triangle of a 6 x 6 matrix with nothing beside the diagonal, by rows: 21 numbers."""
+    return tuple(
+        number for row, variance in enumerate(variances) for number in (variance, *(0.0,) * (len(variances) - 1 - row))
+    )
