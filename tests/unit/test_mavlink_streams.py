@@ -20,6 +20,7 @@ from sitl_emu.autopilot.topics import (
     ManualControlSetpoint,
     ObstacleDistance,
     PositionControllerStatus,
+    SensorBaro,
     VehicleLandDetected,
     VehicleLocalPositionSetpoint,
     VehicleMagnetometer,
@@ -417,6 +418,20 @@ def test_odometry_tells_the_variances_of_its_filter_and_0_for_what_couples_them(
     assert told.pose_covariance == pytest.approx(pose)
     assert told.velocity_covariance == pytest.approx(velocity)
     assert (told.reset_counter, told.time_usec, told.quality) == (31, 900, 0)
+
+
+def test_airspeed_is_not_measured_and_the_altitude_is_the_filters_or_the_barometers() -> None:
+    """NaN, so that nobody takes it for standing still (streams/VFR_HUD.hpp)."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    hud = only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0]
+    assert math.isnan(hud.airspeed)
+    assert (hud.alt, hud.groundspeed) == (pytest.approx(ALT_M + 3.0, abs=1e-3), 0.5)
+    peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(ref_alt=math.nan)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 489.0
+    peer.topics.sensor_baro = SensorBaro()
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 0.0
 
 
 def test_heights_without_a_home_are_above_the_origin() -> None:

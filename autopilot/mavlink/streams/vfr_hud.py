@@ -11,7 +11,10 @@ ID = mavlink.MAVLINK_MSG_ID_VFR_HUD
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """m/s, degrees 0..359, percent; there is no airspeed sensor."""
+    """m/s, degrees 0..359, percent; no sensor measures an airspeed (NaN).
+
+    The altitude is the filter's where it knows the globe, else the barometer's.
+    """
     topics = context.topics
     local = topics.vehicle_local_position
     if local.timestamp == 0:
@@ -21,13 +24,13 @@ def fields(now_us: int, context: Context) -> Fields | None:
         x, y, z = topics.vehicle_thrust_setpoint.xyz
         thrust = math.sqrt(x * x + y * y + z * z)
         throttle_pct = truncated(100.0 * min(thrust, 1.0)) if thrust == thrust else 0
-    altitude_m = topics.vehicle_global_position.alt
-    if altitude_m != altitude_m:
+    altitude_m = local.ref_alt - local.z if local.z_valid else math.nan
+    if not math.isfinite(altitude_m):
         altitude_m = topics.sensor_baro.baro_alt_m
     return (
-        0.0,
+        math.nan,
         math.hypot(local.vx, local.vy),
-        altitude_m,
+        altitude_m if math.isfinite(altitude_m) else 0.0,
         -local.vz if local.v_z_valid else 0.0,
         truncated(math.degrees(local.heading) % 360.0) % 360,
         throttle_pct,
