@@ -434,6 +434,16 @@ def test_airspeed_is_not_measured_and_the_altitude_is_the_filters_or_the_baromet
     assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 0.0
 
 
+def test_a_vehicle_that_does_not_know_the_globe_tells_its_place_in_its_own_frame() -> None:
+    """By vision or flow alone; PX4 tells every local position there is (streams/LOCAL_POSITION_NED.hpp)."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(ref_lat=math.nan, ref_lon=math.nan)
+    place = only(peer.send(command_long(REQUEST_MESSAGE, 32)), "LOCAL_POSITION_NED")[0]
+    assert (place.x, place.y, place.z, place.vx) == (1.0, 2.0, -3.0, 0.5)
+
+
 def test_heights_without_a_home_are_above_the_origin() -> None:
     peer = Peer()
     peer.now_us = 1_000
@@ -441,6 +451,8 @@ def test_heights_without_a_home_are_above_the_origin() -> None:
     peer.topics.home_position = HomePosition()
     altitude = only(peer.send(command_long(REQUEST_MESSAGE, 141)), "ALTITUDE")[0]
     assert (altitude.altitude_relative, altitude.altitude_local) == (3.0, 3.0)
+    position = only(peer.send(command_long(REQUEST_MESSAGE, 33)), "GLOBAL_POSITION_INT")[0]
+    assert position.relative_alt == position.alt == 492_400, "but here above the sea (GLOBAL_POSITION_INT.hpp)"
     peer.now_us += 1
     peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(z_valid=False)
     altitude = only(peer.send(command_long(REQUEST_MESSAGE, 141)), "ALTITUDE")[0]

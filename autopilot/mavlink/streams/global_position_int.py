@@ -12,7 +12,7 @@ CDEG = math.degrees(100.0)
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """1e-7 deg, mm, cm/s, cdeg; altitude relative to home, or to the origin while there is no home.
+    """1e-7 deg, mm, cm/s, cdeg; altitude relative to home, or to the sea while there is no home.
 
     It goes on while the position is only reckoned, as LOCAL_POSITION_NED does.
     """
@@ -22,7 +22,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
     if not math.isfinite(position.lat):
         return None
     home = topics.home_position
-    relative_m = position.alt - home.alt if home.valid else -local.z
+    relative_m = position.alt - home.alt if home.valid else position.alt
     heading = local.heading
     if heading < 0.0:
         heading += 2.0 * math.pi
