@@ -24,7 +24,9 @@ from sitl_emu.autopilot.topics import (
     VehicleLandDetected,
     VehicleLocalPositionSetpoint,
     VehicleMagnetometer,
+    VehicleRatesSetpoint,
     VehicleStatus,
+    WindEstimate,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
@@ -340,6 +342,18 @@ def test_which_sensors_are_fused() -> None:
     assert all(map(math.isnan, status.test_ratio))
 
 
+def test_setpoints_are_told_while_somebody_sets_them() -> None:
+    """Positions are silent in a mode that controls none; there, attitude goes on with the rates after half a second."""
+    peer = Peer()
+    peer.fly_and_run(0.5)
+    peer.run(0.1)
+    silent = peer.run(1.0)
+    assert not only(silent, "POSITION_TARGET_LOCAL_NED") and not only(silent, "ATTITUDE_TARGET")
+    peer.topics.vehicle_rates_setpoint = VehicleRatesSetpoint(peer.now_us, (0.5, 0.0, 0.0))
+    (told_of_rates,) = only(peer.run(0.5), "ATTITUDE_TARGET")
+    assert told_of_rates.body_roll_rate == 0.5
+
+
 def test_what_is_not_controlled_is_ignored_in_the_mask() -> None:
     peer = Peer()
     peer.fly()
@@ -442,6 +456,15 @@ def test_a_vehicle_that_does_not_know_the_globe_tells_its_place_in_its_own_frame
     peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(ref_lat=math.nan, ref_lon=math.nan)
     place = only(peer.send(command_long(REQUEST_MESSAGE, 32)), "LOCAL_POSITION_NED")[0]
     assert (place.x, place.y, place.z, place.vx) == (1.0, 2.0, -3.0, 0.5)
+
+
+def test_the_wind_is_told_once_an_estimate_with_its_variance() -> None:
+    peer = Peer()
+    peer.fly_and_run(0.1)
+    peer.topics.wind = WindEstimate(peer.now_us, 3.0, -4.0, 0.25, 0.5)
+    told = only(peer.run(5.0), "WIND_COV")
+    assert [(wind.wind_x, wind.wind_y, wind.var_horiz, wind.var_vert) for wind in told] == [(3.0, -4.0, 0.75, 0.0)]
+    assert told[0].wind_alt == pytest.approx(ALT_M + 3.0, abs=1e-3)
 
 
 def test_heights_without_a_home_are_above_the_origin() -> None:

@@ -11,6 +11,11 @@ IGNORE_BITS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 1024, 2048)
 """POSITION_TARGET_TYPEMASK: position, velocity, acceleration, yaw, yaw rate; 512 (a force) is none of PX4's."""
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """Once per setpoint: none comes from modes that do not control the position."""
+    return context.topics.vehicle_local_position_setpoint.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """NED; what is not controlled is NaN, and its bit of the type mask is set."""
     setpoint = context.topics.vehicle_local_position_setpoint
