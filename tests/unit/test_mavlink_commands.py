@@ -5,14 +5,16 @@ from typing import Any
 
 import pytest
 
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
-from sitl_emu.autopilot.topics import (
-    VehicleCommand,
-)
+from sitl_emu.autopilot.mavlink.services.command_sender import CommandSender
+from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer, command_long, names, only
 from tests.unit.plan_messages import GLOBAL, HOME_X, HOME_Y
+
+IMAGE_START: int = mavlink.MAV_CMD_IMAGE_START_CAPTURE
 
 
 def test_a_later_answer_goes_to_whom_gave_the_command_on_its_link() -> None:
@@ -209,3 +211,21 @@ def test_nonsense_in_requests_and_intervals_is_answered_as_by_px4() -> None:
 def test_a_rovers_modes_have_names_instead_of_standards() -> None:
     modes = only(Peer(kind=VehicleKind.ROVER_ACKERMANN).send(command_long(512, 435, 0)), "AVAILABLE_MODES")
     assert [(mode.mode_name, mode.standard_mode) for mode in modes[1:3]] == [("Altitude", 0), ("Position", 0)]
+
+
+@pytest.mark.parametrize(("to", "repeats"), [((1, 1), 0), ((0, 0), 0), ((255, 190), 3), ((1, 191), 3)])
+def test_an_answer_to_somebody_else_ends_no_command_of_ours(to: tuple[int, int], repeats: int) -> None:
+    """As when a ground station has asked the camera for the same (MavlinkReceiver::handle_message_command_ack)."""
+    camera = Peer(system=1, component=100)
+    outgoing = OutgoingCommands()
+    sender = CommandSender(lambda: camera.mavlink.links, outgoing, 1, camera.topics)
+    outgoing.give(VehicleCommand(IMAGE_START, target_system=1, target_component=100))
+    sender.on_time(0)
+    ack = mavlink.MAVLink_command_ack_message(IMAGE_START, 0, 0, 0, *to)
+    link = camera.mavlink.links[GCS]
+    for message in link.parse(bytes(ack.pack(camera.encoder))):
+        sender.on_message(1, message, link)
+    for now_us in range(0, 5_000_000, 100_000):
+        sender.on_time(now_us)
+    link.flush()
+    assert len(only(camera.received(), "COMMAND_LONG")) == 1 + repeats

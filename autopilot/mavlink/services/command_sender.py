@@ -16,6 +16,7 @@ from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import tell
 from sitl_emu.autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
@@ -54,7 +55,9 @@ class CommandSender:
         self._again_us = NEVER_US
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """An ack of the command's target ends it; who is answered does not matter, as in PX4."""
+        """An ack of the command's target ends it, unless it answers somebody else (handle_message_command_ack)."""
+        if not is_for(message, self._system_id, broadcast=True):
+            return
         listener = self._outgoing.on_answer.get(message.command)
         if listener is not None:
             listener(now_us, message)
