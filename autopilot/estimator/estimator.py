@@ -26,7 +26,14 @@ from sitl_emu.autopilot.estimator.samples import (
     VisionSample,
 )
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import DistanceSensorSample, Topics, Vector3, VehicleOdometry
+from sitl_emu.autopilot.topics import (
+    FRAME_FRD,
+    FRAME_NED,
+    DistanceSensorSample,
+    Topics,
+    Vector3,
+    VehicleOdometry,
+)
 
 STATUS_TIMEOUT_US: Final = 3_000_000
 RANGE_TIMEOUT_US: Final = 1_000_000
@@ -237,7 +244,7 @@ class Estimator:
             _variances(odometry.position_variance, value["EKF2_EVP_NOISE"], by_parameter=by_parameter),
             _variances(odometry.velocity_variance, value["EKF2_EVV_NOISE"], by_parameter=by_parameter),
             _variances(odometry.orientation_variance, value["EKF2_EVA_NOISE"], by_parameter=by_parameter),
-            odometry.pose_frame,
+            FRAME_NED if odometry.pose_frame == FRAME_NED else FRAME_FRD,
             odometry.velocity_frame,
             odometry.reset_counter,
             odometry.quality,

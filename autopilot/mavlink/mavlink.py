@@ -163,7 +163,7 @@ class Mavlink:
             offboard.Offboard(topics, system_id, texts.of("mavlink")),
             landing_target.LandingTarget(topics, texts.say),
             obstacle_distance.ObstacleDistance(topics),
-            odometry.Odometry(topics, system_id),
+            odometry.Odometry(topics, texts.of("mavlink")),
             optical_flow.OpticalFlow(topics, parameters),
             manual_control.ManualControl(topics, self.links, system_id),
             rc_override.RcOverride(topics, system_id),

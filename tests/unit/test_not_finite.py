@@ -31,7 +31,6 @@ FED = (
     "SET_POSITION_TARGET_GLOBAL_INT",
     "SET_POSITION_TARGET_LOCAL_NED",
     "VISION_POSITION_ESTIMATE",
-    "VISION_SPEED_ESTIMATE",
 )
 """Messages with floats that an estimator, a filter or a controller takes."""
 SENSELESS = st.sampled_from([math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 0.0, 1.0])

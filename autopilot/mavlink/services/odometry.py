@@ -1,13 +1,17 @@
-"""ODOMETRY, VISION_POSITION_ESTIMATE, VISION_SPEED_ESTIMATE, ATT_POS_MOCAP: poses from outside.
+"""ODOMETRY, VISION_POSITION_ESTIMATE, ATT_POS_MOCAP: poses from outside.
 
-https://mavlink.io/en/messages/common.html#ODOMETRY. As PX4 v1.18 takes them: the first three, unless they say that they
-come from motion capture, are for the filter (topics.vehicle_visual_odometry; EKF2_EV_CTRL), ENU and FLU frames turned
-to NED and FRD. ATT_POS_MOCAP, and ODOMETRY of a motion capture, go where EKF2 does not look.
+https://mavlink.io/en/messages/common.html#ODOMETRY. As PX4 v1.18 takes them (mavlink_receiver.cpp): the first two,
+unless they say that they come from motion capture, are for the filter (topics.vehicle_visual_odometry; EKF2_EV_CTRL).
+Places and velocities of ENU and FLU frames are turned to NED and FRD, attitudes are taken as they come, whatever the
+frame. ATT_POS_MOCAP, and ODOMETRY of a motion capture, go where EKF2 does not look. VISION_SPEED_ESTIMATE it does not
+know.
 """
 
 import math
 from typing import Any, ClassVar
 
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.topics import (
     FRAME_BODY_FRD,
@@ -21,45 +25,46 @@ from sitl_emu.autopilot.topics import (
     VehicleOdometry,
 )
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.attitude import product, quaternion
+from sitl_emu.core.attitude import quaternion
 
 ODOMETRY = mavlink.MAVLINK_MSG_ID_ODOMETRY
 VISION_POSITION = mavlink.MAVLINK_MSG_ID_VISION_POSITION_ESTIMATE
-VISION_SPEED = mavlink.MAVLINK_MSG_ID_VISION_SPEED_ESTIMATE
+BODY_FRAMES = frozenset({mavlink.MAV_FRAME_BODY_FRD, mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED})
 NO_ATTITUDE: Quaternion = (math.nan, math.nan, math.nan, math.nan)
 UPPER_DIAGONAL = (0, 6, 11, 15, 18, 20)
 """Places of x, y, z, roll, pitch, yaw in the upper half of a 6 x 6 matrix, by rows."""
-HALF = math.sqrt(0.5)
-ENU_TO_NED: Quaternion = (0.0, HALF, HALF, 0.0)
-"""A quaternion's frame, from ENU and FLU to NED and FRD: this one before, FLU_TO_FRD after it."""
-FLU_TO_FRD: Quaternion = (0.0, 1.0, 0.0, 0.0)
+OF_VISION = frozenset(
+    {
+        mavlink.MAV_ESTIMATOR_TYPE_UNKNOWN,
+        mavlink.MAV_ESTIMATOR_TYPE_NAIVE,
+        mavlink.MAV_ESTIMATOR_TYPE_VISION,
+        mavlink.MAV_ESTIMATOR_TYPE_VIO,
+    }
+)
+"""Estimators whose ODOMETRY is for the filter; a naive one knows no variances."""
 
 
 class Odometry:
     """Writer of vehicle_visual_odometry."""
 
-    MESSAGES: ClassVar[frozenset[int]] = frozenset(
-        {ODOMETRY, VISION_POSITION, VISION_SPEED, mavlink.MAVLINK_MSG_ID_ATT_POS_MOCAP}
-    )
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({ODOMETRY, VISION_POSITION, mavlink.MAVLINK_MSG_ID_ATT_POS_MOCAP})
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics, system_id: int) -> None:
-        """Writes into `topics`."""
-        self._topics = topics
-        self._system_id = system_id
+    def __init__(self, topics: Topics, say: Say) -> None:
+        """Writes into `topics`; `say` tells what is refused."""
+        self._topics, self._say = topics, say
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Keep what the filter may use."""
-        message_id = message.get_msgId()
-        sample: VehicleOdometry | None = None
-        if message_id == VISION_POSITION:
-            sample = of_vision_position(now_us, message)
-        elif message_id == VISION_SPEED:
-            sample = of_vision_speed(now_us, message)
-        elif message_id == ODOMETRY and message.estimator_type != mavlink.MAV_ESTIMATOR_TYPE_MOCAP:
-            sample = of_odometry(now_us, message)
-        if sample is not None:
-            self._topics.vehicle_visual_odometry = sample
+        if message.get_msgId() == VISION_POSITION:
+            self._topics.vehicle_visual_odometry = of_vision_position(now_us, message)
+        elif message.get_msgId() == ODOMETRY:
+            kind = message.estimator_type
+            if kind in OF_VISION:
+                self._topics.vehicle_visual_odometry = of_odometry(now_us, message)
+            elif kind != mavlink.MAV_ESTIMATOR_TYPE_MOCAP:
+                self._say(Severity.CRITICAL, f"ODOMETRY: estimator_type {kind} unsupported\t")
+                self._say(Severity.ERROR, "", "mavlink_rcv_odom_unsup_estimator_type", kind)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
@@ -82,78 +87,59 @@ def of_vision_position(now_us: int, message: Any) -> VehicleOdometry:
     )
 
 
-def of_vision_speed(now_us: int, message: Any) -> VehicleOdometry:
-    """A velocity in NED."""
-    told = message.covariance
-    spread = (told[0], told[4], told[8]) if math.isfinite(told[0]) else NAN3
-    return VehicleOdometry(
-        now_us,
-        FRAME_UNKNOWN,
-        NAN3,
-        NO_ATTITUDE,
-        FRAME_NED,
-        (message.x, message.y, message.z),
-        NAN3,
-        NAN3,
-        spread,
-        message.reset_counter,
-    )
-
-
-def of_odometry(now_us: int, message: Any) -> VehicleOdometry | None:
-    """Pose and velocity in the frames that the message names; None where PX4 knows neither."""
-    x, y, z = message.x, message.y, message.z
-    w, qx, qy, qz = message.q
-    q: Quaternion = (w, qx, qy, qz)
-    frame = message.frame_id
-    if frame == mavlink.MAV_FRAME_LOCAL_NED:
-        pose_frame, position = FRAME_NED, (x, y, z)
-    elif frame == mavlink.MAV_FRAME_LOCAL_ENU:
-        pose_frame, position, q = FRAME_NED, (y, x, -z), product(product(ENU_TO_NED, q), FLU_TO_FRD)
-    elif frame == mavlink.MAV_FRAME_LOCAL_FRD:
-        pose_frame, position = FRAME_FRD, (x, y, z)
-    elif frame == mavlink.MAV_FRAME_LOCAL_FLU:
-        pose_frame, position, q = FRAME_FRD, (x, -y, -z), product(product(FLU_TO_FRD, q), FLU_TO_FRD)
-    else:
-        pose_frame, position, q = FRAME_UNKNOWN, NAN3, NO_ATTITUDE
-    velocity_frame, velocity = _velocity(message)
-    if pose_frame == velocity_frame == FRAME_UNKNOWN:
-        return None
-    position_variance, orientation_variance = _variances(message.pose_covariance)
+def of_odometry(now_us: int, message: Any) -> VehicleOdometry:
+    """Pose and velocity in the frames that the message names; what is not finite, or in another frame, is not told."""
+    known = message.estimator_type != mavlink.MAV_ESTIMATOR_TYPE_NAIVE
+    position_variance, orientation_variance = _variances(message.pose_covariance) if known else (NAN3, NAN3)
+    velocity_variance = _variances(message.velocity_covariance)[0] if known else NAN3
+    pose_frame, position = _local(message.frame_id, (message.x, message.y, message.z))
+    velocity_frame, velocity = _local(message.child_frame_id, (message.vx, message.vy, message.vz))
+    if message.child_frame_id in BODY_FRAMES:
+        velocity = (message.vx, message.vy, message.vz)
+        velocity_frame, velocity = (FRAME_BODY_FRD, velocity) if _is_finite(velocity) else (FRAME_UNKNOWN, NAN3)
+    w, x, y, z = message.q
+    has_attitude = math.isfinite(w + x + y + z)
     return VehicleOdometry(
         now_us,
         pose_frame,
         position,
-        q,
+        (w, x, y, z) if has_attitude else NO_ATTITUDE,
         velocity_frame,
         velocity,
-        position_variance,
-        orientation_variance,
-        _variances(message.velocity_covariance)[0],
+        _of_frame(message.frame_id, position_variance) if pose_frame != FRAME_UNKNOWN else NAN3,
+        orientation_variance if has_attitude else NAN3,
+        _of_frame(message.child_frame_id, velocity_variance) if velocity_frame != FRAME_UNKNOWN else NAN3,
         message.reset_counter,
         message.quality,
     )
 
 
-def _velocity(message: Any) -> tuple[int, Vector3]:
-    vx, vy, vz = message.vx, message.vy, message.vz
-    frame = message.child_frame_id
-    if frame == mavlink.MAV_FRAME_LOCAL_NED:
-        return FRAME_NED, (vx, vy, vz)
-    if frame == mavlink.MAV_FRAME_LOCAL_ENU:
-        return FRAME_NED, (vy, vx, -vz)
-    if frame == mavlink.MAV_FRAME_LOCAL_FRD:
-        return FRAME_FRD, (vx, vy, vz)
-    if frame == mavlink.MAV_FRAME_LOCAL_FLU:
-        return FRAME_FRD, (vx, -vy, -vz)
-    if frame in (mavlink.MAV_FRAME_BODY_FRD, mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED):
-        return FRAME_BODY_FRD, (vx, vy, vz)
+def _is_finite(vector: Vector3) -> bool:
+    return math.isfinite(sum(vector))
+
+
+def _local(frame: int, vector: Vector3) -> tuple[int, Vector3]:
+    """A vector of a local frame in NED or FRD."""
+    x, y, z = vector
+    if _is_finite(vector):
+        if frame == mavlink.MAV_FRAME_LOCAL_NED:
+            return FRAME_NED, (x, y, z)
+        if frame == mavlink.MAV_FRAME_LOCAL_ENU:
+            return FRAME_NED, (y, x, -z)
+        if frame == mavlink.MAV_FRAME_LOCAL_FRD:
+            return FRAME_FRD, (x, y, z)
+        if frame == mavlink.MAV_FRAME_LOCAL_FLU:
+            return FRAME_FRD, (x, -y, -z)
     return FRAME_UNKNOWN, NAN3
 
 
+def _of_frame(frame: int, variances: Vector3) -> Vector3:
+    """East and north change places in ENU."""
+    x, y, z = variances
+    return (y, x, z) if frame == mavlink.MAV_FRAME_LOCAL_ENU else variances
+
+
 def _variances(covariance: Any) -> tuple[Vector3, Vector3]:
-    """Of position and orientation, from the upper half of a 6 x 6 matrix; NaN where its first number says so."""
-    if not math.isfinite(covariance[0]):
-        return NAN3, NAN3
+    """Of position and orientation, from the upper half of a 6 x 6 matrix."""
     x, y, z, roll, pitch, yaw = (covariance[place] for place in UPPER_DIAGONAL)
     return (x, y, z), (roll, pitch, yaw)
