@@ -190,6 +190,17 @@ def test_requests() -> None:
     assert only(peer.send(command_long(512, 435, 5)), "AVAILABLE_MODES")[0].mode_name == "Hold"
 
 
+def test_who_manages_a_gimbal_says_so() -> None:
+    """With MNT_MODE_IN 4 (Mavlink::send_autopilot_capabilities)."""
+    peer = Peer()
+    told = []
+    for mode in (-1, 4):
+        peer.parameters.set("MNT_MODE_IN", mode)
+        peer.now_us += 4000
+        told.append(only(peer.send(command_long(512, 148)), "AUTOPILOT_VERSION")[0].capabilities)
+    assert told == [59647, 59647 | 262144]
+
+
 def test_nonsense_in_requests_and_intervals_is_answered_as_by_px4() -> None:
     peer = Peer()
     peer.fly_and_run(0.1)
