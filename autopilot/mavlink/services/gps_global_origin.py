@@ -32,8 +32,8 @@ class GpsGlobalOrigin:
         self._system_id = system_id
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """The message has a target system alone."""
-        if message.target_system not in (0, self._system_id):
+        """The message has a target system alone, and 0 is not us (handle_message_set_gps_global_origin)."""
+        if message.target_system != self._system_id:
             return
         place = (message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
         command = VehicleCommand(mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN, 0.0, 0.0, 0.0, 0.0, *place, from_external=False)
