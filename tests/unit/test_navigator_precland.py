@@ -233,7 +233,7 @@ def test_a_position_is_taken_in_local_ned_alone() -> None:
     before = peer.topics.landing_target_pose
     peer.send(landing_target(x=9.0, position_valid=1, frame=12))
     assert peer.topics.landing_target_pose is before
-    assert any("frame 12 unsupported" in text.text for text in peer.texts.recent)
+    assert [text.text for text in peer.texts.recent] == ["Landing target: coordinate frame 12 unsupported\t"]
 
 
 def test_angles_meet_the_ground() -> None:

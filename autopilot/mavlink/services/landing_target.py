@@ -35,8 +35,8 @@ class LandingTarget:
         """Keep the position."""
         if message.position_valid:
             if message.frame != mavlink.MAV_FRAME_LOCAL_NED:
-                text = f"landing target: coordinate frame {message.frame} unsupported\t"
-                self._say(Severity.CRITICAL, text, "mavlink_rcv_lnd_target_unsup_coord", message.frame)
+                self._say(Severity.CRITICAL, f"Landing target: coordinate frame {message.frame} unsupported\t")
+                self._say(Severity.ERROR, "", "mavlink_rcv_lnd_target_unsup_coord", message.frame)
             elif abs(message.x) + abs(message.y) + abs(message.z) < FARTHEST_M:
                 self._topics.landing_target_pose = LandingTargetPose(now_us, message.x, message.y, message.z)
             return
