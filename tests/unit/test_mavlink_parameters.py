@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.mavlink.services.parameter import parameter_hash
 from sitl_emu.autopilot.topics import (
     RcParameter,
@@ -189,6 +190,7 @@ def test_an_unknown_knob_of_a_remote_control_is_told() -> None:
     peer = Peer()
     peer.send(mavlink.MAVLink_param_map_rc_message(1, 1, b"MPC_XY_P", -1, 3, 0.5, 1.0, 0.0, 2.0))
     assert peer.texts.recent[-1].text == "parameter_rc_channel_index out of bounds\t"
+    assert peer.texts.events.recent[-1].id == layout("mavlink_param_rc_chan_out_of_bounds")[0]
 
 
 def test_knobs_of_a_remote_control_are_mapped_to_parameters() -> None:

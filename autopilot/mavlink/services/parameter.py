@@ -8,10 +8,10 @@ by PARAM_ERROR. Values are not checked against their bounds: PX4 does not either
 
 import math
 import struct
-from collections.abc import Callable
 from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.autopilot.parameters import Parameters, Value
@@ -58,7 +58,7 @@ class Parameter:
         links: tuple[Link, ...],
         topics: Topics,
         parameters: Parameters,
-        say: Callable[[Severity, str], None],
+        say: Say,
         system_id: int,
     ) -> None:
         """Changes are told on `links`; PARAM_MAP_RC goes into `topics`."""
@@ -157,7 +157,8 @@ class Parameter:
         """Which parameter a knob turns, by index if there is one (-2: none any more)."""
         knob, index = message.parameter_rc_channel_index, message.param_index
         if knob >= RC_CHANNELS_MAPPED:
-            self._say(Severity.WARNING, "parameter_rc_channel_index out of bounds\t")
+            text = "parameter_rc_channel_index out of bounds\t"
+            self._say(Severity.WARNING, text, "mavlink_param_rc_chan_out_of_bounds")
             return
         limits = (message.param_value0, message.scale, message.param_value_min, message.param_value_max)
         announced = self._parameters.announced
