@@ -84,6 +84,19 @@ def test_frames_of_global_setpoints(frame: int, mask: int, down_m: float | None,
     assert [each.text for each in peer.texts.recent] == [text] * bool(text)
 
 
+def test_a_home_above_the_origin_lowers_heights_above_home() -> None:
+    """The sign is PX4's (handle_message_set_position_target_global_int): home lies 2 m above, so 10 m become 8 m."""
+    peer = Peer()
+    peer.run(0.1)
+    peer.fly()
+    peer.topics.home_position = peer.topics.home_position._replace(alt=ALT_M + 2.0)
+    place = (round(LAT_DEG * 1e7), round(LON_DEG * 1e7), 10.0)
+    peer.send(mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, 6, 0xDF8, *place, *(0.0,) * 8))
+    told = peer.topics.offboard_setpoint.trajectory
+    assert told is not None
+    assert told.position[2] == pytest.approx(-8.0, abs=0.01)
+
+
 def test_global_setpoints() -> None:
     peer = Peer()
     peer.run(0.1)

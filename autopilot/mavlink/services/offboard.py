@@ -142,26 +142,31 @@ class Offboard:
             return NAN3, velocity, acceleration
         if not math.isfinite(here.ref_lat + here.ref_alt):
             return None
-        altitude_m = self._altitude_m(frame, message.alt)
-        if altitude_m is None:
+        down = self._down(frame, message.alt)
+        if down is None:
             text, event = GLOBAL.frame
             self._refuse(text.format(frame), event, frame)
             return None
-        if not math.isfinite(altitude_m):
+        if not math.isfinite(down):
             return None
         projection = geodesy.MapProjection(here.ref_lat, here.ref_lon)
         north, east = projection.project(message.lat_int * 1e-7, message.lon_int * 1e-7)
-        return (north, east, here.ref_alt - altitude_m), velocity, acceleration
+        return (north, east, down), velocity, acceleration
 
-    def _altitude_m(self, frame: int, told_m: float) -> float | None:
-        """AMSL; NaN where what it counts from is not known, None in a frame that PX4 does not know."""
+    def _down(self, frame: int, told_m: float) -> float | None:
+        """Local z; NaN where what the height counts from is not known, None in a frame that PX4 does not know.
+
+        A home above the local origin lowers what is told above home, where it should raise it: so v1.18 reckons
+        (handle_message_set_position_target_global_int), and as home mostly lies at the origin, nobody minds.
+        """
         home, here = self._topics.home_position, self._topics.vehicle_global_position
+        ref_alt = self._topics.vehicle_local_position.ref_alt
         if frame == mavlink.MAV_FRAME_GLOBAL_INT:
-            return told_m
+            return ref_alt - told_m
         if frame == mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT:
-            return told_m + home.alt if home.valid else NAN
+            return home.alt - told_m - ref_alt if home.valid else NAN
         if frame == mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT:
-            return told_m + here.terrain_alt if here.terrain_alt_valid else NAN
+            return ref_alt - (told_m + here.terrain_alt) if here.terrain_alt_valid else NAN
         return None
 
 
