@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 UNLIMITED: Final = 0.0
+OFF: Final = -1.0
 
 
 class Rates(NamedTuple):
@@ -20,7 +21,9 @@ class Rates(NamedTuple):
     """Offboard API; the payload link has the same but for those of a module, within its data rate."""
     gimbal: float | None = None
     normal_default: float | None = None
-    """What SET_MESSAGE_INTERVAL 0 ("default") goes back to on the ground station's link, where that is another."""
+    """What SET_MESSAGE_INTERVAL 0 ("default") goes back to on the ground station's link, where that is another; OFF
+    where the mode does not stream it, and px4-rc.mavlink alone does.
+    """
     constant: bool = False
     """A data rate limit does not slow it down."""
     module: str = ""
@@ -30,11 +33,12 @@ class Rates(NamedTuple):
 STREAMS: Mapping[str, Rates] = {
     "HEARTBEAT": Rates(normal=1.0, onboard=1.0, gimbal=1.0, constant=True),
     "AUTOPILOT_STATE_FOR_GIMBAL_DEVICE": Rates(gimbal=20.0),
-    "ADSB_VEHICLE": Rates(normal=UNLIMITED, onboard=UNLIMITED, constant=True),
+    "ADSB_VEHICLE": Rates(normal=5.0, onboard=5.0, constant=True),
     "ALTITUDE": Rates(normal=1.0, onboard=10.0),
     "ATTITUDE": Rates(normal=50.0, onboard=100.0, normal_default=15.0),
-    "ATTITUDE_QUATERNION": Rates(normal=50.0, onboard=50.0, normal_default=15.0),
+    "ATTITUDE_QUATERNION": Rates(normal=50.0, onboard=50.0, normal_default=10.0),
     "ATTITUDE_TARGET": Rates(normal=50.0, onboard=10.0, normal_default=2.0),
+    "AVAILABLE_MODES": Rates(normal=0.3, onboard=0.3),
     "BATTERY_STATUS": Rates(normal=0.5, onboard=0.5),
     "CURRENT_MODE": Rates(normal=0.5, onboard=0.5),
     "DEBUG": Rates(normal=1.0, onboard=10.0),
@@ -48,8 +52,8 @@ STREAMS: Mapping[str, Rates] = {
     "EXTENDED_SYS_STATE": Rates(normal=1.0, onboard=5.0),
     "GLOBAL_POSITION_INT": Rates(normal=50.0, onboard=50.0, normal_default=5.0),
     "GNSS_INTEGRITY": Rates(normal=1.0, onboard=1.0),
-    "GPS_GLOBAL_ORIGIN": Rates(normal=0.1, onboard=1.0),
-    "GPS_RAW_INT": Rates(normal=5.0, onboard=UNLIMITED, normal_default=1.0, constant=True),
+    "GPS_GLOBAL_ORIGIN": Rates(normal=1.0, onboard=1.0),
+    "GPS_RAW_INT": Rates(normal=5.0, onboard=UNLIMITED, constant=True),
     "HIGHRES_IMU": Rates(onboard=50.0),
     "HOME_POSITION": Rates(normal=0.5, onboard=0.5),
     "LINK_NODE_STATUS": Rates(normal=1.0, onboard=1.0),
@@ -61,18 +65,18 @@ STREAMS: Mapping[str, Rates] = {
     "ODOMETRY": Rates(onboard=30.0),
     "OPEN_DRONE_ID_LOCATION": Rates(normal=1.0, onboard=1.0),
     "OPEN_DRONE_ID_SYSTEM": Rates(normal=1.0, onboard=1.0),
-    "OPTICAL_FLOW_RAD": Rates(onboard=10.0),
+    "OPTICAL_FLOW_RAD": Rates(normal=10.0, onboard=10.0, normal_default=OFF),
     "PING": Rates(normal=0.1, onboard=1.0, constant=True),
     "ORBIT_EXECUTION_STATUS": Rates(normal=2.0, onboard=5.0),
     "POSITION_TARGET_GLOBAL_INT": Rates(normal=1.0, onboard=10.0),
     "POSITION_TARGET_LOCAL_NED": Rates(normal=50.0, onboard=10.0, normal_default=1.5),
-    "RC_CHANNELS": Rates(normal=5.0, onboard=20.0),
+    "RC_CHANNELS": Rates(normal=20.0, onboard=20.0, normal_default=5.0),
     "SCALED_PRESSURE": Rates(normal=1.0, onboard=1.0),
     "SERVO_OUTPUT_RAW": Rates(normal=50.0, onboard=10.0, normal_default=1.0),
     "SYSTEM_TIME": Rates(onboard=1.0),
     "SYS_STATUS": Rates(normal=1.0, onboard=5.0),
     "TIMESYNC": Rates(onboard=10.0),
-    "TIME_ESTIMATE_TO_TARGET": Rates(normal=0.5, onboard=0.5),
+    "TIME_ESTIMATE_TO_TARGET": Rates(normal=1.0, onboard=1.0),
     "VFR_HUD": Rates(normal=4.0, onboard=10.0),
     "VIBRATION": Rates(normal=0.1, onboard=0.5),
     "WIND_COV": Rates(normal=0.5, onboard=10.0),
@@ -128,5 +132,5 @@ def default_hz(mode: str, name: str) -> float | None:
     """Rate that SET_MESSAGE_INTERVAL 0 goes back to; None: the link does not stream it."""
     row = STREAMS.get(name)
     if mode == "normal" and row is not None and row.normal_default is not None:
-        return row.normal_default
+        return None if row.normal_default == OFF else row.normal_default
     return RATES[mode].get(name)

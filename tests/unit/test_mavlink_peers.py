@@ -95,7 +95,7 @@ def test_aircraft_are_told_again_each_once_on_every_link() -> None:
     for number in (1, 2, 3):
         peer.send(adsb_vehicle(number, flags=0x7F))
     for link in (GCS, ONBOARD):
-        heard = only(peer.run(0.1, link), "ADSB_VEHICLE")
+        heard = only(peer.run(0.3, link), "ADSB_VEHICLE")
         assert [vehicle.ICAO_address for vehicle in heard if vehicle.get_srcSystem() == 1] == [1, 2, 3]
         first = next(vehicle for vehicle in heard if vehicle.get_srcSystem() == 1).to_dict()
         assert first == adsb_vehicle(1).to_dict()
@@ -107,7 +107,7 @@ def test_of_many_aircraft_the_last_twenty_wait() -> None:
     peer = Peer()
     for number in range(1, 31):
         peer.send(adsb_vehicle(number))
-    heard = only(peer.run(0.1), "ADSB_VEHICLE")
+    heard = only(peer.run(0.3), "ADSB_VEHICLE")
     assert [vehicle.ICAO_address for vehicle in heard] == list(range(11, 31))
 
 

@@ -59,7 +59,7 @@ NOT_YET = OF_OTHERS | {
     "WIND_COV",
 }
 """Streams without data on a vehicle that stands disarmed."""
-ONCE = {"GPS_GLOBAL_ORIGIN"}
+ONCE = {"AVAILABLE_MODES", "GPS_GLOBAL_ORIGIN"}
 """When it is known, and when it changes."""
 SELDOM_HZ = 0.2
 OF_PAYLOADS = {
@@ -384,6 +384,40 @@ def test_streams_that_have_nothing_to_say_have_intervals() -> None:
     peer.send(command_long(SET_MESSAGE_INTERVAL, 116, -1.0))
     replies = peer.send(command_long(GET_MESSAGE_INTERVAL, 116))
     assert only(replies, "MESSAGE_INTERVAL")[0].interval_us == -1
+
+
+@pytest.mark.parametrize(
+    ("name", "first_us", "default_us"),
+    [
+        ("ATTITUDE_QUATERNION", 20_000, 100_000),
+        ("RC_CHANNELS", 50_000, 200_000),
+        ("OPTICAL_FLOW_RAD", 100_000, -1),
+        ("GPS_RAW_INT", 200_000, 200_000),
+        ("GPS_GLOBAL_ORIGIN", 1_000_000, 1_000_000),
+        ("TIME_ESTIMATE_TO_TARGET", 1_000_000, 1_000_000),
+        ("ADSB_VEHICLE", 200_000, 200_000),
+        ("GIMBAL_DEVICE_ATTITUDE_STATUS", 200_000, 200_000),
+        ("MOUNT_ORIENTATION", 100_000, 100_000),
+        ("FUEL_STATUS", 1_000_000, 1_000_000),
+        ("OPEN_DRONE_ID_ARM_STATUS", 1_000_000, 1_000_000),
+    ],
+)
+def test_intervals_of_a_ground_stations_link(name: str, first_us: int, default_us: int) -> None:
+    """By px4-rc.mavlink, and by the mode (Mavlink::configure_streams_to_default)."""
+    peer, number = Peer(), getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
+    told = []
+    for _ in range(2):
+        replies = peer.send(command_long(GET_MESSAGE_INTERVAL, number))
+        told.append(only(replies, "MESSAGE_INTERVAL")[0].interval_us)
+        peer.send(command_long(SET_MESSAGE_INTERVAL, number, 0.0))
+    assert told == [first_us, default_us]
+
+
+@pytest.mark.parametrize("name", ["COLLISION", "GPS_RTCM_DATA"])
+def test_what_px4_has_no_stream_for_has_no_interval(name: str) -> None:
+    message_id = getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
+    ack = only(Peer().send(command_long(SET_MESSAGE_INTERVAL, message_id, 1e6)), "COMMAND_ACK")[0]
+    assert ack.result == mavlink.MAV_RESULT_FAILED
 
 
 def test_what_sensors_of_others_gave_is_told() -> None:
