@@ -10,7 +10,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple, NoReturn, Protocol
 
+from sitl_emu.autopilot.storage import storage
+
 ETC = "etc"
+MAV_LOG = "@MAV_LOG"
+"""The folder of the logs, whatever its name is (MavlinkFTP::_constructPath)."""
 MODE = 0o666
 FOLDER_BYTES = 4096
 """Size of a folder, as Linux gives it."""
@@ -190,6 +194,8 @@ class FileSystem:
 
 def _names(path: str) -> list[str]:
     """The names on the way to a path. Raises ProtectedError where it goes up."""
+    if path == MAV_LOG or path.startswith(f"{MAV_LOG}/"):
+        path = storage.LOG + path.removeprefix(MAV_LOG)
     names = [name for name in path.split("/") if name not in ("", ".")]
     if ".." in names:
         raise ProtectedError

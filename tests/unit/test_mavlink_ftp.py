@@ -63,6 +63,7 @@ class Station:
         session: int = 0,
         sequence: int | None = None,
         target: tuple[int, int] = (1, 1),
+        sender: tuple[int, int] = (255, 190),
     ) -> list[Reply]:
         """All that is said at once."""
         body = data.encode() if isinstance(data, str) else data
@@ -70,9 +71,9 @@ class Station:
         length = len(body) if size is None else size
         head = HEADER.pack(number & 0xFFFF, session, opcode, length, 0, 0, 0, offset)
         message = mavlink.MAVLink_file_transfer_protocol_message(0, *target, list((head + body).ljust(251, b"\0")))
-        message.pack(mavlink.MAVLink(None, 255, 190))
+        message.pack(mavlink.MAVLink(None, *sender))
         self.server.on_message(self.now_us, message, self.link)
-        return self.heard()
+        return self.heard(sender)
 
     def ask(self, opcode: int, data: bytes | str = b"", **more: Any) -> Reply:
         """The one answer."""
@@ -86,13 +87,13 @@ class Station:
             self.server.on_time(self.now_us)
         return self.heard()
 
-    def heard(self) -> list[Reply]:
+    def heard(self, station: tuple[int, int] = (255, 190)) -> list[Reply]:
         self.link.flush()
         messages = [m for data in self.link.outbox for m in self.parser.parse_buffer(data) or []]
         self.link.outbox.clear()
         replies = []
         for message in messages:
-            assert (message.target_system, message.target_component) == (255, 190)
+            assert (message.target_system, message.target_component) == station
             raw = bytes(message.payload)
             head = HEADER.unpack_from(raw)
             replies.append(Reply._make((*head, raw[12 : 12 + head[3]])))
@@ -296,6 +297,32 @@ def test_a_request_that_comes_again_is_answered_again_and_done_once(station: Sta
     assert station.ask(NONE, sequence=65535).sequence == 0
     assert station.ask(RMDIR, "work", sequence=65535).said == "ACK"
     assert not (root / "work").exists()
+
+
+def test_the_same_number_from_somebody_else_is_another_request(station: Station) -> None:
+    assert station.ask(MKDIR, "work", sequence=8).said == "ACK"
+    assert station.ask(RMDIR, "work", sequence=8, sender=(254, 190)).said == "ACK"
+
+
+def test_an_open_that_comes_again_finds_the_session_taken_where_the_size_looks_as_if_it_were(
+    station: Station, root: Path
+) -> None:
+    """5 is NO_SESSION, and PX4 keeps no answer that begins with it."""
+    for size, said in ((4, "ACK"), (5, f"NAK {NO_SESSION}"), (256 + 5, f"NAK {NO_SESSION}")):
+        (root / "file").write_bytes(b"x" * size)
+        assert station.ask(OPEN_RO, "file", sequence=size).said == "ACK"
+        assert station.ask(OPEN_RO, "file", sequence=size).said == said
+        station.ask(RESET)
+
+
+def test_the_logs_have_a_name_that_is_everywhere_the_same(station: Station, root: Path) -> None:
+    (root / "log").mkdir()
+    (root / "log" / "one.ulg").write_bytes(b"123")
+    for name in ("@MAV_LOG", "@MAV_LOG/"):
+        assert station.ask(LIST, name).data == b"Fone.ulg\t3\0S\0S\0"
+    assert station.ask(OPEN_RO, "@MAV_LOG/one.ulg").said == "ACK"
+    assert station.ask(LIST, "@MAV_LOGS").said == f"NAK {NOT_FOUND}"
+    assert station.ask(LIST, "@MAV_LOG/../..").said == f"NAK {PROTECTED}"
 
 
 def test_a_read_that_comes_again_reads_again(station: Station, root: Path) -> None:

@@ -1,9 +1,9 @@
 """MAVLink FTP, the server (https://mavlink.io/en/services/ftp.html; PX4: mavlink_ftp.cpp).
 
 Serves the folder of the instance, and under `etc/extras` the files of component_metadata/. One session per link, which
-ends after 10 s without a request. A request with the number of the last one gets the last answer again, as long as
-that was a short one. A read is answered at once; a burst begins at once and goes on with the ticks, as does the CRC
-of a long file.
+ends after 10 s without a request. A request with the number of the last one, from the same sender, gets the last
+answer again, as long as that was a short one. A read is answered at once; a burst begins at once and goes on with the
+ticks, as does the CRC of a long file.
 """
 
 import errno
@@ -38,7 +38,9 @@ OPEN_FLAGS = {
 SESSION: Final = 0
 """The only session there is."""
 KEPT_BYTES: Final = 4
-"""Answers up to so long are kept for a request that comes again; longer ones only read, and are made anew."""
+"""Answers up to so long are kept for a request that comes again; longer ones only read, and are made anew. So are those
+that begin as NO_SESSIONS does: a size that ends in that byte is none, but PX4 takes it for one (MavlinkFTP::_reply).
+"""
 IDLE_US: Final = 10_000_000
 BURST_BYTES: Final = 35_000
 """A burst ends with the first batch that goes beyond; the reader asks for the next."""
@@ -112,8 +114,8 @@ class LinkState:
         self.file: OpenFile | None = None
         self.burst: Burst | None = None
         self.checksum: Checksum | None = None
-        self.kept_answer: tuple[int, bytes] | None = None
-        """The last answer and its number, if it was a short one."""
+        self.kept_answer: tuple[int, tuple[int, int], bytes] | None = None
+        """The last answer with its number and receiver, if it was a short one."""
         self.errno = 0
         """Of the last call that failed. PX4 tells it for some later failures too, and calls all of them FILE_EXISTS
         while it is EEXIST."""
@@ -167,8 +169,8 @@ class Ftp:
         if request.size > DATA_BYTES:
             self._refuse(link, state, request, INVALID_DATA_SIZE)
             return
-        if state.kept_answer is not None and state.kept_answer[0] == request.sequence + 1:
-            self._send(link, request.sender, state.kept_answer[1])
+        if state.kept_answer is not None and state.kept_answer[:2] == (request.sequence + 1, request.sender):
+            self._send(link, request.sender, state.kept_answer[2])
             return
         state.kept_answer = None
         try:
@@ -356,8 +358,8 @@ class Ftp:
             sequence, session, opcode, len(data), request.opcode, complete, request.padding, request.offset
         )
         payload = head + data + request.raw[len(head) + len(data) :]
-        if len(data) <= KEPT_BYTES:
-            state.kept_answer = sequence, payload
+        if len(data) <= KEPT_BYTES and payload[len(head)] != NO_SESSIONS:
+            state.kept_answer = sequence, request.sender, payload
         self._send(link, request.sender, payload)
 
     @staticmethod
