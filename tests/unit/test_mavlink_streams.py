@@ -11,10 +11,13 @@ from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     EscStatus,
     EstimatorFusionControl,
+    EstimatorSensorBias,
     EstimatorStates,
     EstimatorStatus,
     FailsafeFlags,
     GeofenceResult,
+    GimbalDeviceSetAttitude,
+    GimbalManagerStatus,
     HomePosition,
     LandingTargetPose,
     ManualControlSetpoint,
@@ -194,6 +197,22 @@ def test_which_fields_of_the_imu_are_new() -> None:
     assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b1101000111111
 
 
+def test_the_imu_is_told_without_the_biases_of_its_sensors() -> None:
+    """Of those that the filter has estimated for just these sensors (streams/HIGHRES_IMU.hpp)."""
+    peer = Peer()
+    told = []
+    for with_magnetometer in (False, True):
+        peer.now_us += 100_000
+        peer.fly()
+        peer.topics.estimator_sensor_bias = EstimatorSensorBias(
+            peer.now_us, gyro_device_id=1, gyro_bias=(0.01, 0.0, 0.0), mag_device_id=1 if with_magnetometer else 0,
+            mag_bias=(0.05, 0.0, -0.1),
+        )  # fmt: skip
+        told.append(only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0])
+    assert [(imu.xmag, imu.zmag) for imu in told] == [pytest.approx((0.2, 0.4)), pytest.approx((0.15, 0.5))]
+    assert all(imu.xgyro == pytest.approx(-0.01) and math.isfinite(imu.xacc) for imu in told)
+
+
 def test_the_imu_tells_its_temperature() -> None:
     peer = Peer()
     peer.now_us = 1_000
@@ -286,6 +305,19 @@ def test_a_message_without_anything_new_is_denied(number: int, name: str) -> Non
     assert results == [ACCEPTED, DENIED]
     peer.fly_and_run(0.13)
     assert only(peer.send(command_long(REQUEST_MESSAGE, number)), name)
+
+
+@pytest.mark.parametrize("number", [281, 284])
+def test_what_the_gimbals_manager_last_said_is_told_on_and_on(number: int) -> None:
+    """PX4 copies it, new or not (streams/GIMBAL_MANAGER_STATUS.hpp, GIMBAL_DEVICE_SET_ATTITUDE.hpp)."""
+    peer = Peer()
+    peer.topics.gimbal_manager_status = GimbalManagerStatus(1)
+    peer.topics.gimbal_device_set_attitude = GimbalDeviceSetAttitude(1)
+    results = []
+    for _ in range(2):
+        peer.run(0.1)
+        results.append(only(peer.send(command_long(REQUEST_MESSAGE, number)), "COMMAND_ACK")[0].result)
+    assert results == [ACCEPTED] * 2
 
 
 def test_sticks_are_told_once_until_they_speak_again() -> None:

@@ -7,13 +7,8 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_SET_ATTITUDE
 
 
-def stamp(now_us: int, context: Context) -> int:
-    """Once per set-point."""
-    return context.topics.gimbal_device_set_attitude.timestamp
-
-
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Nothing before a gimbal was found."""
+    """Nothing before a gimbal was found; then the last, new or not."""
     wanted = context.topics.gimbal_device_set_attitude
     if not wanted.timestamp:
         return None

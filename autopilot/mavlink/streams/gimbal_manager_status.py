@@ -8,13 +8,8 @@ ID = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_STATUS
 NO_SECONDARY = (0, 0)
 
 
-def stamp(now_us: int, context: Context) -> int:
-    """Once per status of the device."""
-    return context.topics.gimbal_manager_status.timestamp
-
-
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Nothing before a gimbal was found."""
+    """Nothing before a gimbal was found; then the last, new or not."""
     status = context.topics.gimbal_manager_status
     if not status.timestamp:
         return None

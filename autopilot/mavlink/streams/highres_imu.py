@@ -11,6 +11,7 @@ IMU_FIELDS: Final = 0b111111
 MAG_FIELDS: Final = 0b111 << 6
 BARO_FIELDS: Final = 0b1101 << 9
 """HIGHRES_IMU_UPDATED_FLAGS; there is no differential pressure."""
+NONE: Final = (0.0, 0.0, 0.0)
 PERIOD_US: Final = 20_000
 """From one message to the next, at PX4's own rate: what is older was told before."""
 
@@ -20,11 +21,13 @@ def fields(now_us: int, context: Context) -> Fields:
     topics = context.topics
     sample = topics.sensor_combined
     bias = topics.estimator_sensor_bias
-    accel_bias, gyro_bias = (bias.accel_bias, bias.gyro_bias) if bias.timestamp else ((0.0, 0.0, 0.0),) * 2
+    accel_bias = bias.accel_bias if bias.accel_device_id else NONE
+    gyro_bias = bias.gyro_bias if bias.gyro_device_id else NONE
+    mag_bias = bias.mag_bias if bias.mag_device_id else NONE
     (ax, ay, az), (bx, by, bz) = sample.accelerometer_m_s2, accel_bias
     (p, q, r), (bp, bq, br) = sample.gyro_rad_s, gyro_bias
     mag, baro = topics.vehicle_magnetometer, topics.sensor_baro
-    mx, my, mz = mag.magnetometer_ga if mag.timestamp else (0.0, 0.0, 0.0)
+    (mx, my, mz), (bmx, bmy, bmz) = mag.magnetometer_ga if mag.timestamp else NONE, mag_bias
     updated = IMU_FIELDS
     updated |= MAG_FIELDS if sample.timestamp - mag.timestamp < PERIOD_US else 0
     updated |= BARO_FIELDS if sample.timestamp - baro.timestamp < PERIOD_US else 0
@@ -39,9 +42,9 @@ def fields(now_us: int, context: Context) -> Fields:
         p - bp,
         q - bq,
         r - br,
-        mx,
-        my,
-        mz,
+        mx - bmx,
+        my - bmy,
+        mz - bmz,
         pressure_hpa,
         0.0,
         altitude_m,
