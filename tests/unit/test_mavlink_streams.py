@@ -578,6 +578,13 @@ def test_high_latency_tells_what_is_not_well() -> None:
     peer.topics.geofence_result = GeofenceResult(custom_fence_triggered=True)
     told = only(peer.send(command_long(REQUEST_MESSAGE, 235)), "HIGH_LATENCY2")[0]
     assert told.failure_flags == 128 | 512 | 2048
+    for gps, fault, flags in ((4, 0, 1 | 4096), (0, 1, 4096)):
+        peer.now_us += 1
+        peer.fly()
+        status = peer.topics.estimator_status
+        peer.topics.estimator_status = status._replace(gps_check_fail_flags=gps, filter_fault_flags=fault)
+        told_then = only(peer.send(command_long(REQUEST_MESSAGE, 235)), "HIGH_LATENCY2")[0]
+        assert told_then.failure_flags & (1 | 4096) == flags
     assert (told.eph, told.epv) == (9, 18)
 
 

@@ -26,7 +26,6 @@ LOW: Final = 1
 MAIN_AND_SUB_SHIFT: Final = 16
 """custom_mode here is the upper half of the HEARTBEAT's: main mode below, sub mode above."""
 FAILURES = (
-    (mavlink.MAV_SYS_STATUS_SENSOR_GPS, mavlink.HL_FAILURE_FLAG_GPS),
     (mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE, mavlink.HL_FAILURE_FLAG_ABSOLUTE_PRESSURE),
     (mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL, mavlink.HL_FAILURE_FLAG_3D_ACCEL),
     (mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO, mavlink.HL_FAILURE_FLAG_3D_GYRO),
@@ -85,10 +84,11 @@ def _failure_flags(context: Context) -> int:
     report, failsafe, status = topics.health_report, topics.failsafe_flags, topics.estimator_status
     failing = report.enabled & ~report.health
     flags: int = sum(told for bit, told in FAILURES if failing & bit)
-    ratios = (status.vel_test_ratio, status.pos_test_ratio, status.hgt_test_ratio, status.hdg_test_ratio)
+    unfit_gps = status.gps_check_fail_flags > 0
     for is_so, flag in (
         (topics.battery_status.warning > LOW, mavlink.HL_FAILURE_FLAG_BATTERY),
-        (any(ratio > 1.0 for ratio in ratios), mavlink.HL_FAILURE_FLAG_ESTIMATOR),
+        (unfit_gps, mavlink.HL_FAILURE_FLAG_GPS),
+        (unfit_gps or status.filter_fault_flags > 0, mavlink.HL_FAILURE_FLAG_ESTIMATOR),
         (topics.geofence_result.breached, mavlink.HL_FAILURE_FLAG_GEOFENCE),
         (failsafe.manual_control_signal_lost, mavlink.HL_FAILURE_FLAG_RC_RECEIVER),
         (failsafe.offboard_control_signal_lost, mavlink.HL_FAILURE_FLAG_OFFBOARD_LINK),
