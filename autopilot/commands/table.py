@@ -137,7 +137,10 @@ COMMANDS: Mapping[int, Command] = {
         in_plan=P4 | PLACE,
         item=Item(Role.PLACE, keeps=P4, heading=True),
     ),
-    mavlink.MAV_CMD_NAV_VTOL_LAND: Command(in_plan=P4 | PLACE, item=Item(Role.PLACE, keeps=P4, heading=True)),
+    mavlink.MAV_CMD_NAV_VTOL_LAND: Command(
+        in_plan=P3 | P4 | PLACE,
+        item=Item(Role.PLACE, keeps=P4, heading=True),
+    ),
     mavlink.MAV_CMD_NAV_DELAY: Command(P1234, otherwise=NO_ACK, item=CARRIED_OUT_ITEM),
     mavlink.MAV_CMD_CONDITION_DELAY: Command(P1, item=Item(Role.CARRIED_OUT, in_mission_frame=True, feasible=False)),
     mavlink.MAV_CMD_CONDITION_DISTANCE: Command(P1),

@@ -108,3 +108,11 @@ def test_who_circles_keeps_flags_and_no_heading(name: str, flags: tuple[int, ...
     found, _ = parsed(number(name), RELATIVE_INT, **params)
     assert found is not None
     assert (found.param1, found.param2, found.param3, found.param4) == flags
+
+
+def test_the_height_of_an_approach_may_be_told_and_is_not_kept() -> None:
+    """QGroundControl sets param3 of NAV_VTOL_LAND (mavlink_command_params.hpp)."""
+    found, result = parsed(number("NAV_VTOL_LAND"), RELATIVE_INT, param3=40.0, param4=90.0)
+    assert result == ACCEPTED
+    assert found is not None
+    assert (found.param3, found.param4) == (0.0, 90.0)
