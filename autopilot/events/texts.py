@@ -19,6 +19,14 @@ class Text(NamedTuple):
     module: str
 
 
+class LogLine(NamedTuple):
+    """One line of the log; `number` counts up."""
+
+    number: int
+    severity: Severity
+    line: str
+
+
 class Say(Protocol):
     """Tells the ground a text, and sends the event that says the same in numbers."""
 
@@ -40,6 +48,9 @@ class Texts:
     def __init__(self) -> None:
         self.recent: deque[Text] = deque(maxlen=KEPT)
         self.count = 0
+        self.lines: deque[LogLine] = deque(maxlen=KEPT)
+        """What the log says in words: every text with its module, and what components of the vehicle say."""
+        self.lines_count = 0
         self.events = Events()
 
     def say(self, severity: Severity, text: str, event: str = "", *arguments: float, module: str = "commander") -> None:
@@ -47,8 +58,14 @@ class Texts:
         if text:
             self.recent.append(Text(self.count, severity, text, module))
             self.count += 1
+            self.note(severity, f"[{module}] {text}")
         if event:
             self.events.send(event, severity, *arguments)
+
+    def note(self, severity: Severity, line: str) -> None:
+        """Write a line into the log; nobody on the ground is told."""
+        self.lines.append(LogLine(self.lines_count, severity, line))
+        self.lines_count += 1
 
     def of(self, module: str) -> Say:
         """`say` for one module."""

@@ -340,7 +340,7 @@ class Logger:
         older = [each.number for each in self._topics.commands_told if each.timestamp < recently_us]
         self._told_seen = max(older, default=0)
         self._events_seen = self._texts.events.count
-        self._texts_seen = self._texts.count
+        self._texts_seen = self._texts.lines_count
         self._version = parameters.version
         self._values = {name: parameters[name] for name in parameters}
 
@@ -454,11 +454,11 @@ class Logger:
     def _gather_rare(self, now_us: int) -> None:
         """Texts, events and changed parameters."""
         buffer = self._buffer
-        if self._texts.count != self._texts_seen:
-            for text in self._texts.recent:
-                if text.number >= self._texts_seen:
-                    buffer.append(ulog.logged_message(text.severity, now_us, f"[{text.module}] {text.text}"))
-            self._texts_seen = self._texts.count
+        if self._texts.lines_count != self._texts_seen:
+            for each in self._texts.lines:
+                if each.number >= self._texts_seen:
+                    buffer.append(ulog.logged_message(each.severity, now_us, each.line))
+            self._texts_seen = self._texts.lines_count
         if self._parameters.version != self._version:
             self._version = self._parameters.version
             for name, old in self._values.items():

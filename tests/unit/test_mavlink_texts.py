@@ -56,6 +56,33 @@ def test_texts_are_for_ground_stations_that_are_there() -> None:
     assert only(peer.run(0.1), "STATUSTEXT") == []
 
 
+def test_what_components_say_goes_into_the_log_and_to_nobody_else() -> None:
+    """Alone, in chunks, with a chunk lost, and never ended (MavlinkStatustextHandler)."""
+    companion = Peer(system=1, component=191)
+    companion.send(HEARTBEAT_OF_GCS)
+    for severity, text, number, chunk in (
+        (4, b"alone", 0, 0),
+        (2, b"a" * 50, 7, 0),
+        (2, b"b" * 3, 7, 1),
+        (6, b"c" * 50, 8, 0),
+        (6, b"d", 8, 2),
+        (6, b"e" * 50, 9, 0),
+        (6, b"f" * 50, 0, 0),
+    ):
+        companion.send(mavlink.MAVLink_statustext_message(severity, text, number, chunk), ONBOARD)
+    assert [(each.severity, each.line) for each in companion.texts.lines] == [
+        (4, "alone"),
+        (2, "a" * 50 + "bbb"),
+        (6, "c" * 50 + "[ missing ... ]d"),
+        (6, "e" * 50 + "[ missing ... ]"),
+        (6, "f" * 49),
+    ]
+    assert companion.texts.count == 0
+    other = Peer(system=2, component=191)
+    other.send(mavlink.MAVLink_statustext_message(4, b"not ours"))
+    assert not other.texts.lines
+
+
 def request_event(first: int, last: int) -> Any:
     return mavlink.MAVLink_request_event_message(
         target_system=1, target_component=1, first_sequence=first, last_sequence=last
