@@ -173,14 +173,17 @@ def test_sticks_are_told_with_the_switches_of_the_rc() -> None:
 @pytest.mark.parametrize(
     ("channels", "values"),
     [
-        ((1000, 2000, 65535, 1500, 0, 65535, 65535, 65535), (1000, 2000, 0, 1500, 0)),
+        ((1000, 2000, 65535, 1500, 0, 65535, 65535, 65535), (1000, 2000, 65535, 1500, 0)),
         ((0,) * 8, (0,) * 8),
         ((1500,) * 8 + (1100, 65534, 0), (1500,) * 8 + (1100, 65534)),
         ((65535,) * 8, ()),
     ],
 )
 def test_channels_that_are_ignored(channels: tuple[int, ...], values: tuple[int, ...]) -> None:
-    """UINT16_MAX ignores any channel, 0 only those above the eighth; PX4 takes 65534 for a value."""
+    """UINT16_MAX ignores any channel, 0 only those above the eighth; PX4 takes 65534 for a value.
+
+    Between others an ignored one stays as it is (handle_message_rc_channels_override).
+    """
     peer = Peer()
     peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *channels))
     assert peer.topics.input_rc.values == values

@@ -1,7 +1,8 @@
 """RC_CHANNELS_OVERRIDE: channels as if from a receiver (topics.input_rc), shown in RC_CHANNELS.
 
 As PX4 (handle_message_rc_channels_override): up to 18 channels; UINT16_MAX ignores a channel, 0 ignores channels 9 and
-above; the last that is not ignored gives their number. Whether they are flown, rc_update and COM_RC_IN_MODE decide.
+above; the last that is not ignored gives their number. One that is ignored before it stays UINT16_MAX, which counts as
+full deflection, as nobody else has a value for it. Whether they are flown, rc_update and COM_RC_IN_MODE decide.
 """
 
 from typing import Any, ClassVar
@@ -34,7 +35,7 @@ class RcOverride:
         channels = [getattr(message, f"chan{number}_raw", 0) for number in range(1, CHANNELS + 1)]
         while channels and (channels[-1] == IGNORED or (len(channels) > FIRST_CHANNELS and channels[-1] == 0)):
             channels.pop()
-        self._topics.input_rc = InputRc(now_us, tuple(0 if value == IGNORED else value for value in channels))
+        self._topics.input_rc = InputRc(now_us, tuple(channels))
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
