@@ -17,8 +17,9 @@ EXTENSIONS = {
     mavlink.MAVLINK_MSG_ID_MISSION_COUNT: "I",
     mavlink.MAVLINK_MSG_ID_MISSION_ACK: "I",
     mavlink.MAVLINK_MSG_ID_SERIAL_CONTROL: "BB",
+    mavlink.MAVLINK_MSG_ID_TIMESYNC: "BB",
 }
-"""Extension fields that PX4 sends and pymavlink's dialect lacks: opaque ids of plans, the shell's target."""
+"""Extension fields that PX4 sends and pymavlink's dialect lacks: opaque ids of plans, targets of shell and time."""
 
 
 class Codec:

@@ -20,6 +20,7 @@ def test_ping_timesync_heartbeat() -> None:
     assert peer.send(mavlink.MAVLink_ping_message(7, 42, 1, 1)) == []
     reply = peer.send(mavlink.MAVLink_timesync_message(0, 123))[0]
     assert (reply.tc1, reply.ts1) == (5_000_000_000, 123)
+    assert bytes(reply.get_msgbuf())[10:-2][16:] == bytes((255, 190)), "target_system and target_component"
     peer.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
     assert peer.topics.gcs_heartbeats.gcs_us == 5_000_000
     peer.send(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 0, 3), ONBOARD)

@@ -13,9 +13,10 @@ class Timesync:
     HAS_TIMER = False
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """tc1 0 is a question."""
+        """tc1 0 is a question; the answer names who asked (MavlinkTimesync::handle_message)."""
         if message.tc1 == 0:
-            link.send_fields(mavlink.MAVLINK_MSG_ID_TIMESYNC, now_us * 1000, message.ts1)
+            asker = (message.get_srcSystem(), message.get_srcComponent())
+            link.send_fields(mavlink.MAVLINK_MSG_ID_TIMESYNC, now_us * 1000, message.ts1, *asker)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do: the stream of the same name asks."""

@@ -8,5 +8,5 @@ ID = mavlink.MAVLINK_MSG_ID_TIMESYNC
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """tc1 0 asks; ts1 is our time in ns."""
-    return (0, now_us * 1000)
+    """tc1 0 asks everybody; ts1 is our time in ns."""
+    return (0, now_us * 1000, 0, 0)
