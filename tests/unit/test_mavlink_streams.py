@@ -9,6 +9,7 @@ from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.streams import modules
 from sitl_emu.autopilot.topics import (
     ActuatorArmed,
+    DistanceSensorSample,
     EscStatus,
     EstimatorFusionControl,
     EstimatorSensorBias,
@@ -338,6 +339,19 @@ def test_a_receiver_that_fell_silent_is_told_once_a_second() -> None:
     lost = told[-1]
     assert (lost.fix_type, lost.satellites_visible, lost.eph, lost.epv, lost.vel) == (0, 255, 65535, 65535, 65535)
     assert (lost.cog, lost.lat, lost.time_usec) == (65535, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "quality", "told"), [(1.0, -1, 0), (1.0, 0, 1), (1.0, 60, 60), (math.nan, -1, 1)]
+)
+def test_the_quality_of_a_distance_is_told(distance_m: float, quality: int, told: int) -> None:
+    """0 is not known and 1 is nothing, where uORB has -1 and 0 (streams/DISTANCE_SENSOR.hpp)."""
+    peer = Peer()
+    peer.fly()
+    peer.now_us = 1_000
+    peer.topics.distance_sensor = DistanceSensorSample(1_000, distance_m, 0.2, 12.0, signal_quality=quality)
+    sensor = only(peer.send(command_long(REQUEST_MESSAGE, 132)), "DISTANCE_SENSOR")[0]
+    assert sensor.signal_quality == told
 
 
 def test_a_distance_sensor_that_fell_silent_is_not_told() -> None:

@@ -34,9 +34,10 @@ def fields(now_us: int, context: Context) -> list[Fields]:
 
 
 def _message(number: int, sample: DistanceSensorSample) -> Fields:
-    """cm; out of range the maximum plus one, as the simulator says, with an invalid signal."""
+    """cm, percent; out of range the maximum plus one, as the simulator says, with an invalid signal."""
     maximum_cm = rounded(sample.max_distance * 100.0)
     in_range = sample.current_distance == sample.current_distance
+    quality = sample.signal_quality if in_range else 0
     current_cm = min(rounded(sample.current_distance * 100.0), 65535) if in_range else maximum_cm + 1
     return (
         sample.timestamp // 1000,
@@ -53,5 +54,5 @@ def _message(number: int, sample: DistanceSensorSample) -> Fields:
         0.0,
         0.0,
         0.0,
-        SIGNAL_UNKNOWN if in_range else SIGNAL_INVALID,
+        SIGNAL_UNKNOWN if quality < 0 else max(quality, SIGNAL_INVALID),
     )
