@@ -185,7 +185,7 @@ class Mavlink:
             log_transfer.LogTransfer(system_id, root),
             streaming,
             shell.Shell(texts, system_id, modules.open_shell),
-            event.Event(self.links, texts.events, system_id),
+            event.Event(self.links, texts.events),
         )
 
     def stream(self, name: str) -> Stream | None:

@@ -10,7 +10,6 @@ from typing import Any, ClassVar, Final, NamedTuple
 
 from sitl_emu.autopilot.events.events import Events
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.core import dialect as mavlink
 
 ANNOUNCE_US: Final = 3_000_000
@@ -41,12 +40,11 @@ class Event:
     MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_REQUEST_EVENT})
     HAS_TIMER = True
 
-    def __init__(self, links: tuple[Link, ...], events: Events, system_id: int) -> None:
+    def __init__(self, links: tuple[Link, ...], events: Events) -> None:
         """Sends on all `links` what is new in `events`."""
         self._events = events
         self._seen = 0
         self._links = links
-        self._system_id = system_id
         self._kept: deque[StoredEvent] = deque(maxlen=CAPACITY)
         self._sequence = (FIRST_SEQUENCE - 1) % SEQUENCES
         self._announce_us = ANNOUNCE_US
@@ -54,10 +52,8 @@ class Event:
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """REQUEST_EVENT: send what is still known of the range, and an error for each that is not.
 
-        Of a range that is longer than what is kept, the part before gets one error.
+        Of a range that is longer than what is kept, the part before gets one error. PX4 does not ask whom it is for.
         """
-        if not is_for(message, self._system_id, broadcast=False):
-            return
         first, count = message.first_sequence, (message.last_sequence - message.first_sequence) % SEQUENCES + 1
         if count > CAPACITY:
             self._send_error(link, message, first)
