@@ -77,6 +77,8 @@ def test_the_manager_finds_the_device_and_tells_its_stops() -> None:
     information = only(said, "GIMBAL_MANAGER_INFORMATION")[0]
     assert information.gimbal_device_id == 154
     assert math.degrees(information.pitch_min) == pytest.approx(DATA.pitch_min_deg)
+    assert information.cap_flags == rig.topics.gimbal_device_information.cap_flags != 0
+    assert (information.roll_min, information.roll_max) == (0.0, 0.0), "PX4 does not take them from the device"
 
 
 def test_a_gimbal_looks_down_until_it_is_told_otherwise() -> None:
