@@ -24,6 +24,7 @@ YAW_LOCK = 16
 FRAME_GLOBAL = 0
 
 Quaternion = tuple[float, float, float, float]
+UNKNOWN_Q: Quaternion = (math.nan, math.nan, math.nan, math.nan)
 
 
 class GimbalManager:
@@ -116,11 +117,9 @@ class GimbalManager:
     # --- set-points: sent as often as they change, and not acknowledged ----------------------------------------
 
     def turn(self, pitch_rate_deg_s: float, yaw_rate_deg_s: float) -> mavlink.MAVLink_message:
-        """Turn at these rates until the next set-point."""
-        rates = (math.radians(pitch_rate_deg_s), math.radians(yaw_rate_deg_s))
-        return mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(
-            *self.target, STABILIZED, 0, math.nan, math.nan, *rates
-        )
+        """Turn at these rates until the next set-point. By GIMBAL_MANAGER_SET_ATTITUDE: PX4 knows no SET_PITCHYAW."""
+        rates = (0.0, math.radians(pitch_rate_deg_s), math.radians(yaw_rate_deg_s))
+        return mavlink.MAVLink_gimbal_manager_set_attitude_message(*self.target, STABILIZED, 0, UNKNOWN_Q, *rates)
 
     def stick(self, pitch: float, yaw: float) -> mavlink.MAVLink_message:
         """A joystick, -1..1 each; the manager knows how fast that is."""

@@ -31,7 +31,7 @@ class CameraCapture(NamedTuple):
 
 
 class GimbalManagerSetAttitude(NamedTuple):
-    """Last GIMBAL_MANAGER_SET_ATTITUDE, _SET_PITCHYAW or _SET_MANUAL_CONTROL; manual rates are -1..1."""
+    """Last GIMBAL_MANAGER_SET_ATTITUDE or _SET_MANUAL_CONTROL; manual rates are -1..1."""
 
     timestamp: int = 0
     origin_sysid: int = 0

@@ -153,10 +153,27 @@ def test_a_locked_gimbals_yaw_is_told_against_the_heading() -> None:
     assert euler(gimbal.looks(2_000_000))[2] == pytest.approx(0.3 - 0.9), "the vehicle turns, the gimbal does not"
 
 
+def turn(pitch_rate: float, yaw_rate: float) -> Any:
+    """Rates without an attitude."""
+    q = (math.nan,) * 4
+    return mavlink.MAVLink_gimbal_manager_set_attitude_message(1, 1, 0, 0, q, 0.0, pitch_rate, yaw_rate)
+
+
+def test_the_message_of_pitch_and_yaw_moves_nothing() -> None:
+    """PX4 v1.18 takes the command alone (mavlink_receiver.cpp)."""
+    rig = Rig()
+    rig.take_control()
+    rig.run(1.0)
+    before = rig.looks()
+    rig.send(mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(1, 1, 0, 0, -0.1, 0.5, math.nan, math.nan))
+    rig.run(1.0)
+    assert rig.looks() == pytest.approx(before, abs=0.01)
+
+
 def test_it_stops_at_its_stops() -> None:
     rig = Rig()
     rig.take_control()
-    rig.send(mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(1, 1, 0, 0, math.nan, math.nan, 1.0, 0.0))
+    rig.send(turn(1.0, 0.0))
     rig.run(5.0)
     assert rig.looks()[1] == pytest.approx(DATA.pitch_max_deg, abs=0.1)
 
@@ -166,9 +183,9 @@ def test_rates_turn_it_and_zero_rates_hold_it() -> None:
     rig.take_control()
     rig.ask(PITCHYAW, 0, 0, math.nan, math.nan)
     rig.run(2.0)
-    rig.send(mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(1, 1, 0, 0, math.nan, math.nan, 0.0, math.radians(10)))
+    rig.send(turn(0.0, math.radians(10)))
     rig.run(2.0)
-    rig.send(mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(1, 1, 0, 0, math.nan, math.nan, 0.0, 0.0))
+    rig.send(turn(0.0, 0.0))
     yaw = rig.looks()[2]
     assert yaw == pytest.approx(20.0, abs=2.0)
     rig.run(1.0)

@@ -1,7 +1,8 @@
 """Gimbal protocol v2, the autopilot's half: set-points of ground stations in, and what gimbal devices say.
 
 https://mavlink.io/en/services/gimbal_v2.html. Whether a set-point is obeyed, the manager decides
-(autopilot/payload/gimbal.py); commands come to it as all commands do.
+(autopilot/payload/gimbal.py); commands come to it as all commands do. GIMBAL_MANAGER_SET_PITCHYAW PX4 v1.18 does not
+know (mavlink_receiver.cpp), its command it does.
 """
 
 import math
@@ -20,7 +21,6 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 
 SET_ATTITUDE = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_SET_ATTITUDE
-SET_PITCHYAW = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_SET_PITCHYAW
 SET_MANUAL = mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_SET_MANUAL_CONTROL
 INFORMATION = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_INFORMATION
 ATTITUDE_STATUS = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS
@@ -29,9 +29,7 @@ ATTITUDE_STATUS = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS
 class GimbalManager:
     """Writer of gimbal_manager_set_attitude, gimbal_device_information and gimbal_device_attitude_status."""
 
-    MESSAGES: ClassVar[frozenset[int]] = frozenset(
-        {SET_ATTITUDE, SET_PITCHYAW, SET_MANUAL, INFORMATION, ATTITUDE_STATUS}
-    )
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({SET_ATTITUDE, SET_MANUAL, INFORMATION, ATTITUDE_STATUS})
     HAS_TIMER = False
 
     def __init__(self, topics: Topics, system_id: int) -> None:
@@ -70,10 +68,9 @@ def information(message: Any) -> GimbalDeviceInformation:
 
 
 def set_attitude(now_us: int, message: Any) -> GimbalManagerSetAttitude:
-    """Of one of the three messages that point a gimbal; angles and rates that are NaN are not wanted."""
+    """Of one of the two messages that point a gimbal; angles and rates that are NaN are not wanted."""
     origin = (message.get_srcSystem(), message.get_srcComponent())
-    message_id = message.get_msgId()
-    if message_id == SET_ATTITUDE:
+    if message.get_msgId() == SET_ATTITUDE:
         w, x, y, z = message.q
         rates = (message.angular_velocity_x, message.angular_velocity_y, message.angular_velocity_z)
         return GimbalManagerSetAttitude(now_us, *origin, message.flags, (w, x, y, z), rates)
@@ -84,5 +81,5 @@ def set_attitude(now_us: int, message: Any) -> GimbalManagerSetAttitude:
         message.flags,
         quaternion(0.0, message.pitch, message.yaw),
         (rate_x, message.pitch_rate, message.yaw_rate),
-        message_id == SET_MANUAL,
+        True,
     )
