@@ -51,6 +51,7 @@ STREAMS: Mapping[str, Rates] = {
     "ESTIMATOR_STATUS": Rates(normal=0.5, onboard=1.0),
     "EXTENDED_SYS_STATE": Rates(normal=1.0, onboard=5.0),
     "GLOBAL_POSITION_INT": Rates(normal=50.0, onboard=50.0, normal_default=5.0),
+    "GLOBAL_POSITION_SENSOR": Rates(normal=5.0),
     "GNSS_INTEGRITY": Rates(normal=1.0, onboard=1.0),
     "GPS_GLOBAL_ORIGIN": Rates(normal=1.0, onboard=1.0),
     "GPS_RAW_INT": Rates(normal=5.0, onboard=UNLIMITED, constant=True),

@@ -111,6 +111,7 @@ from sitl_emu.autopilot.topics.outside import (
     TransponderReport,
     VehicleOdometry,
     VehicleOpticalFlow,
+    with_source,
 )
 from sitl_emu.autopilot.topics.payload import (
     CameraCapture,
@@ -270,4 +271,5 @@ __all__ = [
     "batteries",
     "queue_transponder_report",
     "topic_names",
+    "with_source",
 ]

@@ -1,11 +1,13 @@
 """What others tell the vehicle over MAVLink and from ROS 2 (writers: mavlink/services/, uxrce_dds_client/)."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
 FRAME_UNKNOWN, FRAME_NED, FRAME_FRD, FRAME_BODY_FRD = range(4)
 """vehicle_odometry POSE_FRAME and VELOCITY_FRAME."""
+MOST_SOURCES: Final = 4
+"""Of aux_global_position: uORB's instances (ORB_MULTI_MAX_INSTANCES)."""
 
 
 class VehicleOdometry(NamedTuple):
@@ -37,6 +39,15 @@ class AuxGlobalPosition(NamedTuple):
     eph: float = NAN
     epv: float = NAN
     lat_lon_reset_counter: int = 0
+    source: int = 0
+    """GLOBAL_POSITION_SRC: what it is."""
+
+
+def with_source(known: tuple[AuxGlobalPosition, ...], told: AuxGlobalPosition) -> tuple[AuxGlobalPosition, ...]:
+    """Each source keeps its place among the four that came first (dds_topics.yaml, route_field)."""
+    if any(each.id == told.id for each in known):
+        return tuple(told if each.id == told.id else each for each in known)
+    return (*known, told) if len(known) < MOST_SOURCES else known
 
 
 class OnboardComputerStatus(NamedTuple):

@@ -23,6 +23,7 @@ from sitl_emu.autopilot.topics import (
     VehicleCommand,
     VehicleOdometry,
     VehicleOpticalFlow,
+    with_source,
 )
 from sitl_emu.autopilot.uxrce_dds_client import cdr, external_modes
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import SUBSCRIPTIONS
@@ -47,7 +48,6 @@ HEARTBEATS: Final = {
 """Of telemetry_status.heartbeat_type_*, what each is to GcsHeartbeats."""
 SYSTEMS: Final = ("parachute", "open_drone_id")
 """Those that say whether they are well."""
-MOST_SOURCES: Final = next(topic.instances for topic in SUBSCRIPTIONS if topic.name == "aux_global_position")
 UNREADABLE: Final = 0
 """distance_sensor.signal_quality of a measurement that is none."""
 
@@ -143,16 +143,9 @@ class Subscriptions:
         self._topics.onboard_computer_status = told
 
     def _aux_global_position(self, now_us: int, fields: Fields) -> None:
-        """Each source keeps its place among the four that came first (dds_topics.yaml, route_field)."""
         told = aux_global_position(fields)
-        if told is None:
-            return
-        known = self._topics.aux_global_position
-        if any(each.id == told.id for each in known):
-            known = tuple(told if each.id == told.id else each for each in known)
-        elif len(known) < MOST_SOURCES:
-            known = (*known, told)
-        self._topics.aux_global_position = known
+        if told is not None:
+            self._topics.aux_global_position = with_source(self._topics.aux_global_position, told)
 
     def _obstacle_distance(self, now_us: int, fields: Fields) -> None:
         self._topics.obstacle_distance = obstacle_distance(fields)

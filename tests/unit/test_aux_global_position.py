@@ -6,6 +6,8 @@ from typing import Any
 import pytest
 
 from sitl_emu.autopilot.topics import AuxGlobalPosition
+from sitl_emu.core import dialect as mavlink
+from tests.unit.mavlink_peer import Peer, only
 
 from .estimator_feed import ALT_M, Feed
 from .test_estimator import circle
@@ -100,3 +102,27 @@ def test_beside_gps_one_that_disagrees_is_given_up() -> None:
     feed.run(9.0)
     assert not feed.flags()[1]
     assert feed.error_m() == pytest.approx(40.0, abs=1.5)
+
+
+def told_by(number: int, lat: int = 473977420) -> Any:
+    return mavlink.MAVLink_global_position_sensor_message(
+        1, 1, number, 0, 0, mavlink.GLOBAL_POSITION_SRC_VISION, 0, lat, 85455940, 490.0, 489.0, 0.5, 1.5
+    )
+
+
+def test_sources_speak_mavlink_and_are_told_again() -> None:
+    """handle_message_global_position_sensor, streams/GLOBAL_POSITION_SENSOR.hpp: both altitudes are above the sea."""
+    peer = Peer()
+    peer.run(0.1)
+    for message in (told_by(7), told_by(9), told_by(7, 473977430), told_by(8, 910000000)):
+        peer.send(message)
+    first, second = peer.topics.aux_global_position
+    assert (first.id, first.timestamp, first.alt) == (7, peer.now_us, 489.0)
+    assert first.lat == pytest.approx(47.397743, abs=1e-9)
+    assert (second.id, second.eph, second.epv) == (9, 0.5, 1.5)
+    told = only(peer.run(0.5), "GLOBAL_POSITION_SENSOR")
+    assert [(each.id, each.alt, each.alt_ellipsoid, each.eph) for each in told] == [
+        (7, 489.0, 489.0, 0.5),
+        (9, 489.0, 489.0, 0.5),
+    ]
+    assert {each.source for each in told} == {mavlink.GLOBAL_POSITION_SRC_VISION}

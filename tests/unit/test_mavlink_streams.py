@@ -52,7 +52,7 @@ EXPECTED_HZ: dict[int, dict[str, float]] = {
 }
 OF_OTHERS = {
     *("ADSB_VEHICLE", "DEBUG", "DEBUG_FLOAT_ARRAY", "DEBUG_VECT", "NAMED_VALUE_FLOAT"),
-    *("LANDING_TARGET", "OBSTACLE_DISTANCE", "OPTICAL_FLOW_RAD"),
+    *("GLOBAL_POSITION_SENSOR", "LANDING_TARGET", "OBSTACLE_DISTANCE", "OPTICAL_FLOW_RAD"),
 }
 """Streams of what others have sent before."""
 NOT_YET = OF_OTHERS | {

@@ -23,6 +23,7 @@ FED = (
     "ATT_POS_MOCAP",
     "DISTANCE_SENSOR",
     "FOLLOW_TARGET",
+    "GLOBAL_POSITION_SENSOR",
     "LANDING_TARGET",
     "OBSTACLE_DISTANCE",
     "ODOMETRY",
@@ -35,6 +36,7 @@ FED = (
 """Messages with floats that an estimator, a filter or a controller takes."""
 SENSELESS = st.sampled_from([math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 0.0, 1.0])
 WIRED = {"EKF2_EV_CTRL": 15, "EKF2_OF_CTRL": 1, "CP_DIST": 5.0, "EKF2_RNG_CTRL": 1}
+WIRED |= {"EKF2_AGP0_ID": 1, "EKF2_AGP0_CTRL": 3}
 NAMED = {"target_system": 1, "target_component": 1, "type_mask": 0, "coordinate_frame": 1, "frame": 1, "frame_id": 1}
 
 

@@ -1,0 +1,34 @@
+"""GLOBAL_POSITION_SENSOR: where a source other than GNSS says that the vehicle is (topics.aux_global_position).
+
+https://mavlink.io/en/messages/common.html#GLOBAL_POSITION_SENSOR. As PX4 (handle_message_global_position_sensor): from
+anybody, stamped with our time. Whether it is flown by, the filter decides (EKF2_AGPn_*).
+"""
+
+from typing import Any, ClassVar
+
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import AuxGlobalPosition, Topics, with_source
+from sitl_emu.core import dialect as mavlink
+
+
+class GlobalPositionSensor:
+    """Writer of aux_global_position."""
+
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_SENSOR})
+    HAS_TIMER = False
+
+    def __init__(self, topics: Topics) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Sources are told apart by their ids; a place that is none on Earth is not kept."""
+        lat, lon = message.lat * 1e-7, message.lon * 1e-7
+        if abs(lat) <= 90.0 and abs(lon) <= 180.0:
+            told = AuxGlobalPosition(
+                now_us, now_us, message.id, lat, lon, message.alt, message.eph, message.epv, source=message.source
+            )
+            self._topics.aux_global_position = with_source(self._topics.aux_global_position, told)
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""
