@@ -31,7 +31,6 @@ from sitl_emu.autopilot.mavlink.services import (
     gps_global_origin,
     heartbeat,
     landing_target,
-    log_message,
     log_streaming,
     log_transfer,
     manual_control,
@@ -51,6 +50,7 @@ from sitl_emu.autopilot.mavlink.services import (
     statustext,
     system_time,
     timesync,
+    velocity_limits,
 )
 from sitl_emu.autopilot.mavlink.services.service import Service
 from sitl_emu.autopilot.mavlink.signature import LinkSigning, SigningStreams
@@ -174,6 +174,7 @@ class Mavlink:
             battery_status.BatteryStatus(topics, parameters, system_id),
             debug_values.DebugValues(topics),
             follow_target.FollowTarget(topics),
+            velocity_limits.VelocityLimits(topics),
             gimbal_manager.GimbalManager(topics, system_id),
             global_position_sensor.GlobalPositionSensor(topics),
             gps_global_origin.GpsGlobalOrigin(modules.handle_command, self.stream, system_id),
@@ -182,7 +183,7 @@ class Mavlink:
             system_time.SystemTime(),
             self.signing,
             statustext.StatusText(self.links, topics, texts),
-            log_message.LogMessage(texts, system_id),
+            statustext.ComponentTexts(texts, system_id),
             ftp.Ftp(system_id, root),
             log_transfer.LogTransfer(system_id, root),
             streaming,

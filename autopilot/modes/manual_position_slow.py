@@ -1,7 +1,8 @@
-"""POSITION_SLOW: Position with lower limits, by parameters or by knobs of the remote control.
+"""POSITION_SLOW: Position with lower limits, by parameters, by SET_VELOCITY_LIMITS or by knobs of the remote control.
 
-Behaves as PX4's FlightTaskManualAccelerationSlow (v1.18): MC_SLOW_DEF_*, or between MC_SLOW_MIN_* and Position's own
-limits by the auxiliary channel that MC_SLOW_MAP_* names. It takes no gimbal under its control (MC_SLOW_MAP_PTCH).
+Behaves as PX4's FlightTaskManualAccelerationSlow (v1.18): MC_SLOW_DEF_*, or what MAVLink tells, no less than
+MC_SLOW_MIN_*; between that minimum and what was told, or else Position's own limits, by the auxiliary channel that
+MC_SLOW_MAP_* names. It takes no gimbal under its control (MC_SLOW_MAP_PTCH).
 """
 
 import math
@@ -21,10 +22,12 @@ class Knob(NamedTuple):
     least: float
     default: float
 
-    def limit(self, most: float, aux: tuple[float, ...]) -> float:
-        """Of a limit of the mode Position; a knob runs from -1 to 1."""
+    def limit(self, most: float, aux: tuple[float, ...], told: float) -> float:
+        """Of a limit of the mode Position, or of the one that was told, if it is finite; a knob runs from -1 to 1."""
+        if math.isfinite(told):
+            most = max(told, self.least)
         if not self.channel:
-            return self.default
+            return most if math.isfinite(told) else self.default
         knob = aux[max(0, min(AUXILIARIES - 1, self.channel - 1))]
         share = max(0.0, min(1.0, ((knob if math.isfinite(knob) else 0.0) + 1.0) / 2.0))
         return self.least + share * (most - self.least)
@@ -44,10 +47,11 @@ class ManualPositionSlow(ManualPosition):
     def update(self, now_us: int, dt_s: float) -> Setpoint:
         """One step."""
         aux, limits = self._topics.manual_control_setpoint.aux, self._limits
-        self._speed_constraint = self._speed.limit(self._fastest, aux)
-        self._velocity_constraint_up = self._climb_rate.limit(limits.speed_up, aux)
-        self._velocity_constraint_down = self._climb_rate.limit(limits.speed_down, aux)
-        self._stick_yaw.yawspeed_constraint = self._turn_rate.limit(self._stick_yaw.max_rate, aux)
+        told = self._topics.velocity_limits
+        self._speed_constraint = self._speed.limit(self._fastest, aux, told.horizontal_velocity)
+        self._velocity_constraint_up = self._climb_rate.limit(limits.speed_up, aux, told.vertical_velocity)
+        self._velocity_constraint_down = self._climb_rate.limit(limits.speed_down, aux, told.vertical_velocity)
+        self._stick_yaw.yawspeed_constraint = self._turn_rate.limit(self._stick_yaw.max_rate, aux, told.yaw_rate)
         return super().update(now_us, dt_s)
 
 

@@ -111,6 +111,7 @@ from sitl_emu.autopilot.topics.outside import (
     TransponderReport,
     VehicleOdometry,
     VehicleOpticalFlow,
+    VelocityLimits,
     with_source,
 )
 from sitl_emu.autopilot.topics.payload import (
@@ -266,6 +267,7 @@ __all__ = [
     "VehicleStatus",
     "VehicleThrustSetpoint",
     "VehicleTorqueSetpoint",
+    "VelocityLimits",
     "WindEstimate",
     "YawEstimatorStatus",
     "batteries",

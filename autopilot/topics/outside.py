@@ -103,6 +103,15 @@ class FollowTarget(NamedTuple):
     velocity: Vector3 = NAN3
 
 
+class VelocityLimits(NamedTuple):
+    """Last SET_VELOCITY_LIMITS: m/s and rad/s; not finite where there is no limit."""
+
+    timestamp: int = 0
+    horizontal_velocity: float = NAN
+    vertical_velocity: float = NAN
+    yaw_rate: float = NAN
+
+
 class GcsHeartbeats(NamedTuple):
     """When a ground station was last heard, and components of this vehicle (0: never); who of them said to be well."""
 

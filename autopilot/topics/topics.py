@@ -93,6 +93,7 @@ from sitl_emu.autopilot.topics.outside import (
     TransponderReport,
     VehicleOdometry,
     VehicleOpticalFlow,
+    VelocityLimits,
 )
 from sitl_emu.autopilot.topics.payload import (
     CameraCapture,
@@ -231,6 +232,7 @@ class Topics:
         self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
         self.landing_target_pose = LandingTargetPose()
         self.follow_target = FollowTarget()
+        self.velocity_limits = VelocityLimits()
         self.input_rc = InputRc()
         self.rc_parameter_map: tuple[RcParameter, ...] = (RcParameter(),) * 3
         """By knob, RC_MAP_PARAM1 to 3. Writer: mavlink/services/parameter.py."""

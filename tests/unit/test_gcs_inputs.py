@@ -11,12 +11,14 @@ from sitl_emu.gcs import debug_values, landing_target, obstacle_distance, odomet
 from sitl_emu.gcs.adsb_vehicle import adsb_vehicle
 from sitl_emu.gcs.battery_status import battery_status
 from sitl_emu.gcs.follow_target import FollowTarget, Target
+from sitl_emu.gcs.global_position_sensor import global_position_sensor
 from sitl_emu.gcs.gps_global_origin import SetGpsGlobalOrigin
 from sitl_emu.gcs.manual_control import ManualControl, Sticks
 from sitl_emu.gcs.ping import Ping
 from sitl_emu.gcs.rc_override import RcOverride
 from sitl_emu.gcs.system_time import system_time
 from sitl_emu.gcs.timesync import Timesync
+from sitl_emu.gcs.velocity_limits import velocity_limits
 from tests.unit.companion_px4 import on_the_wire
 
 from .gcs_link import converse
@@ -176,6 +178,19 @@ def test_an_aircraft_nearby() -> None:
     assert (heard.icao_address, heard.callsign) == (0xABC123, b"LX-ABC")
     assert (heard.lat, heard.lon, heard.altitude) == pytest.approx((47.4, 8.5, 700.0))
     assert heard.hor_velocity == pytest.approx(50.0)
+
+
+def test_limits_of_speed_and_a_place_from_elsewhere() -> None:
+    peer = Peer()
+    peer.send(velocity_limits(1, 2.0, yaw_rate_deg_s=90.0))
+    limits = peer.topics.velocity_limits
+    assert limits.horizontal_velocity == 2.0
+    assert limits.yaw_rate == pytest.approx(math.pi / 2.0)
+    assert math.isnan(limits.vertical_velocity)
+    peer.send(global_position_sensor(1, 7, 47.4, 8.5, 490.0, 2.0, 3.0))
+    (place,) = peer.topics.aux_global_position
+    assert (place.id, place.alt, place.eph, place.epv) == (7, 490.0, 2.0, 3.0)
+    assert (place.lat, place.lon) == pytest.approx((47.4, 8.5))
 
 
 def test_a_battery_that_tells_of_itself() -> None:

@@ -170,6 +170,15 @@ def test_sticks_are_told_with_the_switches_of_the_rc() -> None:
     assert (told.enabled_extensions, told.aux1, told.aux2, told.aux6) == (0xFC, 1000, 0, -1000)
 
 
+def test_limits_of_speed_are_kept_as_they_are_told() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.send(mavlink.MAVLink_set_velocity_limits_message(2.0, math.nan, 0.5, 1, 1))
+    told = peer.topics.velocity_limits
+    assert (told.timestamp, told.horizontal_velocity, told.yaw_rate) == (1_000, 2.0, 0.5)
+    assert math.isnan(told.vertical_velocity)
+
+
 @pytest.mark.parametrize(
     ("channels", "values"),
     [

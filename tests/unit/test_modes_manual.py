@@ -15,6 +15,7 @@ from sitl_emu.autopilot.topics import (
     TrajectorySetpoint,
     VehicleCommand,
     VehicleLocalPositionSetpoint,
+    VelocityLimits,
 )
 from tests.unit.modes_follower import ALTITUDE_M, HOME, Follower
 
@@ -199,6 +200,18 @@ def test_a_knob_sets_the_speed_of_position_slow(knob: float, fastest: float) -> 
     follower = stick_flight(NavState.POSITION_SLOW, MC_SLOW_MAP_HVEL=1)
     move(follower, pitch=1.0, aux1=knob)
     assert follower.fly(25.0)[-1].local.vx == pytest.approx(fastest, abs=0.1)
+
+
+def test_limits_that_mavlink_tells_go_before_those_of_the_parameters() -> None:
+    """But are no lower than MC_SLOW_MIN_*; the yaw rate that was not told keeps its default, 45 degrees/s."""
+    follower = stick_flight(NavState.POSITION_SLOW)
+    follower.topics.velocity_limits = VelocityLimits(1, 5.0, 0.1, math.nan)
+    move(follower, pitch=1.0, throttle=1.0)
+    local = follower.fly(15.0)[-1].local
+    least = float(follower.parameters["MC_SLOW_MIN_VVEL"])
+    assert (local.vx, local.vz) == pytest.approx((5.0, -least), abs=0.1)
+    move(follower, yaw=1.0)
+    assert math.degrees(follower.fly(3.0)[-1].setpoint.yawspeed) == pytest.approx(45.0, abs=1.0)
 
 
 def test_in_altitude_cruise_the_tilt_stays() -> None:

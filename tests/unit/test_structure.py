@@ -63,6 +63,7 @@ OF_ALL_LINKS = {"framing"}
 NOTHING_TO_CONFORM_TO = {
     "system_time": "heard without effect",
     "command_sender": "PX4 gives commands to others in flown missions alone",
+    "velocity_limits": "SET_VELOCITY_LIMITS is of development.xml, which the suite does not speak",
 }
 WITHOUT_A_CLIENT_OF_OURS = {
     "command_sender": "its other half answers commands, and what it answers is its own affair",

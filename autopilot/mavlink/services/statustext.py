@@ -7,10 +7,14 @@ As PX4 does, it speaks only on links on which a ground station was heard (a HEAR
 the connection to ground stations is lost; what is said meanwhile is never sent. PX4 falls silent on a link 2.5 s after
 its last heartbeat; here it does once the connection counts as lost (COM_DL_LOSS_T), which leaves their texts to ground
 stations that send a heartbeat once a second beside a simulation that is faster than that.
+
+STATUSTEXT of the vehicle's own components goes into the autopilot's log, where their words stand beside its own (PX4:
+MavlinkStatustextHandler, uORB log_message). Ground stations hear the component itself, by forwarding.
 """
 
 from typing import Any, ClassVar, Final
 
+from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Text, Texts
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.topics import Topics
@@ -21,6 +25,11 @@ STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth"})
 QUEUE: Final = 8
 """Texts that wait for a link (uORB mavlink_log)."""
 LAST_ID = (1 << 16) - 1
+LONGEST: Final = 126
+"""log_message.text is so long."""
+LONGEST_ALONE: Final = CHUNK - 1
+"""A text without chunks loses its fiftieth character."""
+MISSING: Final = "[ missing ... ]"
 
 
 class LinkTexts:
@@ -75,3 +84,60 @@ class StatusText:
                 each.send(now_us, next(text for text in self._texts.recent if text.number >= wanted))
         if all(each.sent == count for each in self._links):
             self._settled = count
+
+
+class HeardText:
+    """The text that is being put together on a link."""
+
+    def __init__(self) -> None:
+        self.severity = Severity.INFO
+        self.text = ""
+        self.id = 0
+        """0: none is under way."""
+        self.chunk = -1
+
+    def add(self, piece: str) -> None:
+        """As much of it as there is room for."""
+        self.text = (self.text + piece)[:LONGEST]
+
+
+class ComponentTexts:
+    """Puts together what components say, on each link for itself; what was lost of a text is marked."""
+
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_STATUSTEXT})
+    HAS_TIMER = False
+
+    def __init__(self, texts: Texts, system_id: int) -> None:
+        """Writes into `texts`, for the log alone."""
+        self._texts = texts
+        self._system_id = system_id
+        self._links: dict[Link, HeardText] = {}
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """A whole text, or a chunk of one; a new one ends what was under way."""
+        if message.get_srcSystem() != self._system_id:
+            return
+        heard = self._links.setdefault(link, HeardText())
+        if heard.id and message.id != heard.id:
+            heard.add(MISSING)
+            self._texts.note(heard.severity, heard.text)
+        severity = Severity(min(message.severity, Severity.DEBUG))
+        if message.id == 0:
+            heard.id = 0
+            self._texts.note(severity, message.text[:LONGEST_ALONE])
+            return
+        if message.id != heard.id:
+            heard.severity = severity
+        if message.chunk_seq == 0:
+            heard.text = message.text
+        else:
+            if message.chunk_seq != heard.chunk + 1:
+                heard.add(MISSING)
+            heard.add(message.text)
+        is_whole = len(message.text) < CHUNK or len(heard.text) == LONGEST
+        heard.id, heard.chunk = (0, -1) if is_whole else (message.id, message.chunk_seq)
+        if is_whole:
+            self._texts.note(heard.severity, heard.text)
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""
