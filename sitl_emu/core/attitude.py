@@ -69,9 +69,13 @@ def variances_about_body(q: Quaternion, variances: Sequence[float]) -> Vector:
 
     What couples north, east and down does not count.
     """
-    matrix = rotation(q)
-    x, y, z = (sum(matrix[axis + 3 * ned] ** 2 * variances[ned] for ned in range(3)) for axis in range(3))
-    return x, y, z
+    m = rotation(q)
+    north, east, down = variances
+    return (
+        m[0] * m[0] * north + m[3] * m[3] * east + m[6] * m[6] * down,
+        m[1] * m[1] * north + m[4] * m[4] * east + m[7] * m[7] * down,
+        m[2] * m[2] * north + m[5] * m[5] * east + m[8] * m[8] * down,
+    )
 
 
 def after_small_turn(q: Quaternion, hx: float, hy: float, hz: float) -> Quaternion:
