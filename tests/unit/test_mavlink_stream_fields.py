@@ -1,0 +1,180 @@
+"""What the messages say of place, speed, wind and the vehicle's health, and where there is nothing to say."""
+
+import math
+
+import pytest
+
+from sitl_emu.autopilot.topics import (
+    EstimatorStates,
+    FailsafeFlags,
+    GeofenceResult,
+    HomePosition,
+    LandingTargetPose,
+    ObstacleDistance,
+    SensorBaro,
+    VehicleStatus,
+    WindEstimate,
+)
+from sitl_emu.core import dialect as mavlink
+from tests.unit.mavlink_peer import ALT_M, Peer, command_long, only
+
+REQUEST_MESSAGE = mavlink.MAV_CMD_REQUEST_MESSAGE
+
+
+def test_what_sensors_of_others_gave_is_told() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.send(mavlink.MAVLink_optical_flow_rad_message(0, 3, 20_000, 0.02, -0.04, 0.01, 0.0, 0.5, 0, 200, 0, 1.5))
+    flow = only(peer.send(command_long(REQUEST_MESSAGE, 106)), "OPTICAL_FLOW_RAD")[0]
+    assert (flow.integration_time_us, flow.quality, flow.distance) == (20_000, 200, 1.5)
+    assert flow.integrated_x == pytest.approx(0.02)
+    assert (flow.integrated_xgyro, flow.integrated_zgyro) == (pytest.approx(0.01), 0.5)
+    peer.topics.landing_target_pose = LandingTargetPose(1_000, 4.0, 2.0, 0.0)
+    target = only(peer.send(command_long(REQUEST_MESSAGE, 149)), "LANDING_TARGET")[0]
+    assert (target.x, target.y, target.z, target.position_valid) == (3.0, 0.0, 3.0, 1)
+    peer.topics.obstacle_distance_fused = ObstacleDistance(1_000, 12, (65535,) * 71 + (500,), 5.0, 20, 1200)
+    around = only(peer.send(command_long(REQUEST_MESSAGE, 330)), "OBSTACLE_DISTANCE")[0]
+    assert (around.distances[71], around.increment_f, around.frame) == (500, 5.0, 12)
+    assert (around.min_distance, around.max_distance) == (20, 1200)
+
+
+def test_odometry_is_in_the_local_frame() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    odometry = only(peer.send(command_long(REQUEST_MESSAGE, 331)), "ODOMETRY")[0]
+    assert (odometry.frame_id, odometry.child_frame_id) == (mavlink.MAV_FRAME_LOCAL_NED,) * 2
+    assert (odometry.vx, odometry.vy) == (0.5, 0.0)
+
+
+def test_odometry_tells_the_variances_of_its_filter_and_0_for_what_couples_them() -> None:
+    """x, y, z, roll, pitch, yaw lie at 0, 6, 11, 15, 18, 20 (streams/ODOMETRY.hpp); it counts every reset."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    topics = peer.topics
+    topics.vehicle_attitude = topics.vehicle_attitude._replace(q=(1.0, 0.0, 0.0, 0.0), quat_reset_counter=16)
+    topics.estimator_states = EstimatorStates(covariances=(1e-4, 2e-4, 4e-4, *(0.0,) * 21))
+    topics.vehicle_local_position = topics.vehicle_local_position._replace(
+        eph=2.0, epv=3.0, evh=0.2, evv=0.5, xy_reset_counter=1, z_reset_counter=2, vxy_reset_counter=4,
+        vz_reset_counter=8, timestamp_sample=900,
+    )  # fmt: skip
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 331)), "ODOMETRY")[0]
+    pose, velocity = [0.0] * 21, [0.0] * 21
+    pose[0], pose[6], pose[11], pose[15], pose[18], pose[20] = 2.0, 2.0, 9.0, 1e-4, 2e-4, 4e-4
+    velocity[0], velocity[6], velocity[11] = 0.02, 0.02, 0.25
+    assert told.pose_covariance == pytest.approx(pose)
+    assert told.velocity_covariance == pytest.approx(velocity)
+    assert (told.reset_counter, told.time_usec, told.quality) == (31, 900, 0)
+
+
+def test_airspeed_is_not_measured_and_the_altitude_is_the_filters_or_the_barometers() -> None:
+    """NaN, so that nobody takes it for standing still (streams/VFR_HUD.hpp)."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    hud = only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0]
+    assert math.isnan(hud.airspeed)
+    assert (hud.alt, hud.groundspeed) == (pytest.approx(ALT_M + 3.0, abs=1e-3), 0.5)
+    peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(ref_alt=math.nan)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 489.0
+    peer.topics.sensor_baro = SensorBaro()
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 0.0
+
+
+def test_a_vehicle_that_does_not_know_the_globe_tells_its_place_in_its_own_frame() -> None:
+    """By vision or flow alone; PX4 tells every local position there is (streams/LOCAL_POSITION_NED.hpp)."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(ref_lat=math.nan, ref_lon=math.nan)
+    place = only(peer.send(command_long(REQUEST_MESSAGE, 32)), "LOCAL_POSITION_NED")[0]
+    assert (place.x, place.y, place.z, place.vx) == (1.0, 2.0, -3.0, 0.5)
+
+
+def test_the_wind_is_told_once_an_estimate_with_its_variance() -> None:
+    peer = Peer()
+    peer.fly_and_run(0.1)
+    peer.topics.wind = WindEstimate(peer.now_us, 3.0, -4.0, 0.25, 0.5)
+    told = only(peer.run(5.0), "WIND_COV")
+    assert [(wind.wind_x, wind.wind_y, wind.var_horiz, wind.var_vert) for wind in told] == [(3.0, -4.0, 0.75, 0.0)]
+    assert told[0].wind_alt == pytest.approx(ALT_M + 3.0, abs=1e-3)
+
+
+def test_heights_without_a_home_are_above_the_origin() -> None:
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.topics.home_position = HomePosition()
+    altitude = only(peer.send(command_long(REQUEST_MESSAGE, 141)), "ALTITUDE")[0]
+    assert (altitude.altitude_relative, altitude.altitude_local) == (3.0, 3.0)
+    position = only(peer.send(command_long(REQUEST_MESSAGE, 33)), "GLOBAL_POSITION_INT")[0]
+    assert position.relative_alt == position.alt == 492_400, "but here above the sea (GLOBAL_POSITION_INT.hpp)"
+    peer.now_us += 1
+    peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(z_valid=False)
+    altitude = only(peer.send(command_long(REQUEST_MESSAGE, 141)), "ALTITUDE")[0]
+    assert altitude.altitude_monotonic == 489.0
+    assert math.isnan(altitude.altitude_local)
+
+
+def test_a_receiver_that_does_not_tell_its_accuracy_is_shown_without() -> None:
+    """Another simulator may send HIL_GPS with unknown DOP."""
+    peer = Peer()
+    peer.fly_and_run(0.5)
+    peer.topics.sensor_gps = peer.topics.sensor_gps._replace(timestamp=peer.now_us, eph=math.nan, epv=math.nan)
+    message = only(peer.send(command_long(512, 24)), "GPS_RAW_INT")[0]
+    assert (message.h_acc, message.v_acc) == (0, 0)
+
+
+def test_high_latency_tells_all_in_one() -> None:
+    peer = Peer()
+    peer.now_us = 1_000_000
+    peer.fly()
+    told = only(peer.send(command_long(512, 235)), "HIGH_LATENCY2")[0]
+    assert (told.latitude, told.longitude, told.altitude) == (473977420, 85455940, 492)
+    assert (told.type, told.autopilot, told.battery, told.wp_num) == (13, 12, 100, 65535)
+    assert told.custom_mode == 4 | 3 << 8
+    assert told.groundspeed == round(0.5 * 5)
+
+
+def test_high_latency_tells_what_is_not_well() -> None:
+    peer = Peer()
+    peer.now_us = 1_000_000
+    peer.fly()
+    peer.topics.failsafe_flags = FailsafeFlags(manual_control_signal_lost=False, offboard_control_signal_lost=True)
+    peer.topics.battery_status = peer.topics.battery_status._replace(warning=2)
+    peer.topics.geofence_result = GeofenceResult(custom_fence_triggered=True)
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 235)), "HIGH_LATENCY2")[0]
+    assert told.failure_flags == 128 | 512 | 2048
+    for gps, fault, flags in ((4, 0, 1 | 4096), (0, 1, 4096)):
+        peer.now_us += 1
+        peer.fly()
+        status = peer.topics.estimator_status
+        peer.topics.estimator_status = status._replace(gps_check_fail_flags=gps, filter_fault_flags=fault)
+        told_then = only(peer.send(command_long(REQUEST_MESSAGE, 235)), "HIGH_LATENCY2")[0]
+        assert told_then.failure_flags & (1 | 4096) == flags
+    assert (told.eph, told.epv) == (9, 18)
+
+
+def test_remote_identification() -> None:
+    peer = Peer()
+    peer.now_us = 10_000_000
+    peer.fly()
+    peer.topics.sensor_gps = peer.topics.sensor_gps._replace(vel_n_m_s=-3.0, vel_e_m_s=4.0, vel_d_m_s=-0.5)
+    location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
+    assert (location.direction, location.speed_horizontal, location.speed_vertical) == (12700, 500, 50)
+    assert (location.status, location.height, location.altitude_geodetic) == (1, 3.0, 489.0)
+    assert (location.horizontal_accuracy, location.vertical_accuracy, location.speed_accuracy) == (12, 5, 3)
+    peer.topics.vehicle_status = VehicleStatus(armed=True, failsafe=True)
+    location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
+    assert location.status == 3
+    peer.now_us += 11_000_000
+    location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
+    unknown = (location.direction, location.speed_horizontal, location.speed_vertical, location.latitude)
+    assert unknown == (36100, 25500, 6300, 0)
+
+
+def test_high_latency_of_a_vehicle_that_knows_nothing() -> None:
+    told = only(Peer().send(command_long(512, 235)), "HIGH_LATENCY2")[0]
+    assert (told.latitude, told.eph, told.battery) == (0, 255, -1)
