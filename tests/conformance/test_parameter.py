@@ -58,7 +58,15 @@ def ask(station: Any, name: str = "", index: int = -1, target: tuple[int, int] |
 def read(station: Any, name: str = "", index: int = -1, target: tuple[int, int] | None = None) -> Any:
     """The answer to PARAM_REQUEST_READ."""
     ask(station, name, index, target)
-    return station.receive("PARAM_VALUE")
+    return told(station, name, index)
+
+
+def told(station: Any, name: str = "", index: int = -1) -> Any:
+    """The next PARAM_VALUE of that index or name; others may come before, of what is not saved yet."""
+    while (message := station.receive("PARAM_VALUE")) is not None:
+        if message.param_index == index or (index < 0 and message.param_id == name):
+            break
+    return message
 
 
 def has_no_answer(station: Any, name: str = "", index: int = -1, target: tuple[int, int] | None = None) -> bool:
@@ -107,6 +115,7 @@ def restored(station: Any) -> Iterator[None]:
         now = read(station, name)
         if now is None or value_of(now) != value_of(message):
             set_value(station, name, value_of(message), message.param_type)
+            told(station, name)
             values(station, name, 0.3)
 
 
@@ -298,7 +307,7 @@ def test_what_is_not_there_can_not_be_set(station: Any) -> None:
 @pytest.mark.parametrize(("name", "value", "kind"), [(RC_LOSS_T, -3.0, REAL32), (RC_IN_MODE, 99, INT32)])
 def test_a_value_out_of_bounds_is_taken(station: Any, name: str, value: float, kind: int) -> None:
     set_value(station, name, value, kind)
-    assert value_of(station.receive("PARAM_VALUE")) == value
+    assert value_of(told(station, name)) == value
     values(station, name, 0.1)
     assert value_of(read(station, name)) == value
 
@@ -311,11 +320,11 @@ def test_a_value_out_of_bounds_is_taken(station: Any, name: str, value: float, k
 def test_a_cruise_speed_above_the_greatest_is_lowered(station: Any) -> None:
     greatest = value_of(read(station, GREATEST_SPEED))
     set_value(station, CRUISE, 5000.0, REAL32)
-    assert value_of(station.receive("PARAM_VALUE")) == 5000.0
-    told: list[float | int] = []
-    while greatest not in told and (message := station.receive("PARAM_VALUE", SETTLE_S)) is not None:
-        told += [value_of(message)] if message.param_id == CRUISE else []
-    assert greatest in told
+    assert value_of(told(station, CRUISE)) == 5000.0
+    heard: list[float | int] = []
+    while greatest not in heard and (message := station.receive("PARAM_VALUE", SETTLE_S)) is not None:
+        heard += [value_of(message)] if message.param_id == CRUISE else []
+    assert greatest in heard
     assert value_of(read(station, CRUISE)) == greatest
 
 
