@@ -39,6 +39,8 @@ class TrueArea(NamedTuple):
     """Of a fire: how fast its front moves, north and east; what it has reached is the outline, swept along that way."""
     burns_s: float = 0.0
     """Of a fire: for how long a place burns; 0: without end."""
+    level_m: float | None = None
+    """Of water: how high its surface is over the world's origin."""
 
 
 class Track(NamedTuple):

@@ -1,10 +1,13 @@
-"""How high over the true ground a scan was flown: the altitude hold of the paper's section 6."""
+"""How high over the true ground, or the water on it, a scan was flown: the altitude hold of the paper's section 6."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
+
+from sitl_emu.missions.disaster.truth import surface_m
 from sitl_emu.missions.scoring import EventLine, RunRecord
 
 SCANNING = "scanning"
@@ -13,7 +16,7 @@ SCANNING = "scanning"
 def scan_height(record: RunRecord) -> dict[str, Any] | None:
     """Of the first vehicle that told a plan: `wanted_m`, `mean_m`, and `rms_m` of the difference.
 
-    Of the true path in the phase `scanning`, over the ground, not over what stands on it. None where nothing was
+    Of the true path in the phase `scanning`, over ground or water, not over what stands there. None where nothing was
     scanned, or no truth is known.
     """
     plan = next((event for event in record.events if event["event"] == "plan"), None)
@@ -21,16 +24,15 @@ def scan_height(record: RunRecord) -> dict[str, Any] | None:
         return None
     track, wanted_m = record.tracks[plan["vehicle"]], plan["scan_altitude_m"]
     spans = list(_scanning([event for event in record.events if event["vehicle"] == plan["vehicle"]]))
-    heights_m = [
-        up_m - record.ground_m(north_m, east_m)
-        for time_s, north_m, east_m, up_m in zip(*track, strict=True)
-        if any(begins_s <= time_s < ends_s for begins_s, ends_s in spans)
-    ]
-    if not heights_m:
+    if not spans:
         return None
-    mean_m = math.fsum(heights_m) / len(heights_m)
-    rms_m = math.sqrt(math.fsum((height_m - wanted_m) ** 2 for height_m in heights_m) / len(heights_m))
-    return {"wanted_m": wanted_m, "mean_m": round(mean_m, 3), "rms_m": round(rms_m, 3)}
+    time_s, north_m, east_m, up_m = np.array(track)
+    flown = np.any([(begins_s <= time_s) & (time_s < ends_s) for begins_s, ends_s in spans], axis=0)
+    if not flown.any():
+        return None
+    heights_m = up_m[flown] - surface_m(record.ground_m, record.areas, north_m[flown], east_m[flown])
+    rms_m = math.sqrt(float(np.mean((heights_m - wanted_m) ** 2)))
+    return {"wanted_m": wanted_m, "mean_m": round(float(heights_m.mean()), 3), "rms_m": round(rms_m, 3)}
 
 
 def _scanning(events: Sequence[EventLine]) -> Iterator[tuple[float, float]]:

@@ -36,7 +36,10 @@ def page(figures: Figures) -> Page:
 
 def _terrain(terrain: Mapping[str, Any]) -> Table:
     rows = [
-        ("RMS error of heights over home against the true ground, where nothing stands, m", terrain["rms_m"]),
+        (
+            "RMS error of heights over home where nothing stands, against the true ground or water, m",
+            terrain["rms_m"],
+        ),
         ("mean error, m", terrain["bias_m"]),
         ("worst, m", terrain["worst_m"]),
         ("home's own height above the sea is off by, m", terrain["home_off_m"]),

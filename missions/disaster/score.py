@@ -21,9 +21,9 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
   line's end, where all were flown.
 - `served_twice`: parcels beyond the first that lie within 5 m of one true target; `separation_m`: how near two vehicles
   came to one another (`company.py`).
-- `scan_height`: how high over the true ground the first vehicle scanned (`heights.py`).
+- `scan_height`: how high over the true ground or water the first vehicle scanned (`heights.py`).
 - `terrain`: the map of the first vehicle that wrote one (`terrain.py`): `rms_m`, `bias_m`, `worst_m` against the true
-  ground, where nothing stands, `known_share` of the area's cells, and the heights and errors for the report.
+  ground or water, where nothing stands, `known_share` of the area's cells, and the heights and errors for the report.
 
 The mission is a success when a parcel was delivered, where there was a target, every line was flown, and no diversion
 was false. A safe abort is no success, and says so by `ending`.

@@ -1,9 +1,9 @@
 """The terrain map of a run against the true ground, as figures of its score, and as it is drawn in the report.
 
 The map is of the ground, as far as it is told from what stands on it (`relief.py`). It is held against the ground where
-nothing stands, nor within `BESIDE_M` of what does, as heights over home: that is what is flown by, and a receiver knows
-home's own height above the sea to a metre, which moves the whole map (`home_off_m`). Cells in which water stands count
-with the others: corners are found at its bottom, its waves, or not at all.
+nothing stands, nor within `BESIDE_M` of what does, of water its surface (`truth.py`), as heights over home: that is
+what is flown by, and a receiver knows home's own height above the sea to a metre, which moves the whole map
+(`home_off_m`).
 """
 
 import math
@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from sitl_emu.missions.disaster.truth import solids
+from sitl_emu.missions.disaster.truth import solids, surface_m
 from sitl_emu.missions.scoring import RunRecord
 
 Grid = npt.NDArray[np.float64]
@@ -41,9 +41,7 @@ def mapped_terrain(record: RunRecord) -> dict[str, Any] | None:
     shapely.prepare(standing)
     judged = known & ~shapely.contains_xy(standing, north_m, east_m)
     true = np.full(heights_m.shape, np.nan)
-    true[judged] = [
-        record.ground_m(n, e) for n, e in zip(north_m[judged].tolist(), east_m[judged].tolist(), strict=True)
-    ]
+    true[judged] = surface_m(record.ground_m, record.areas, north_m[judged], east_m[judged])
     off = heights_m - true
     errors = off[judged]
     thin = max(1, math.ceil(max(heights_m.shape) / SHOWN_CELLS))

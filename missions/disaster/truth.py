@@ -2,12 +2,15 @@
 
 Water is what its shores enclose; ruins are the ground under their slabs, walls and beams; of a fire it is what the
 front has reached and what has not burnt out, with `EMBERS_S` that it glows. Parts nearer to each other than `GAP_M`
-are one target, and what is smaller than `LEAST_M2` is none: as the mission's own regions (`regions.py`).
+are one target, and what is smaller than `LEAST_M2` is none: as the mission's own regions (`regions.py`). And how high
+the ground and the water are, over which a map was made and a scan flown.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Geometry, Polygon
 from shapely.affinity import translate
@@ -18,6 +21,9 @@ from sitl_emu.missions.scoring import TrueArea
 WATER, DEBRIS, FIRE = "water_body", "debris_field", "fire_region"
 RUINS = ("debris slab", "debris wall", "debris beam")
 """Labels of solids that make a debris field, as the detector's data have it (tools/detector/disaster.py)."""
+Floats = npt.NDArray[np.float64]
+GroundAt = Callable[[float, float], float]
+"""The ground's height at (north, east)."""
 EMBERS_S = 10.0
 """sitl_emu/world/render/burning.py."""
 
@@ -42,6 +48,21 @@ def targets(areas: Sequence[TrueArea], time_s: float) -> list[TrueTarget]:
 def solids(areas: Sequence[TrueArea]) -> Geometry:
     """The ground under all that stands."""
     return shapely.union_all([Polygon(area.outline_m) for area in areas if area.kind == "solid" and _is_area(area)])
+
+
+def surface_m(ground_m: GroundAt, areas: Sequence[TrueArea], north_m: Floats, east_m: Floats) -> Floats:
+    """Heights (n,) over the world's origin at places (n,): the ground's, or the surface's of water that stands on it.
+
+    That is what a lidar meets, and a camera sees of a flood, in which a Secchi disc is gone at 0.18 m
+    (`urban_flood.kind`); what may not be flown through; and what a digital elevation model has (H. K. Heidemann, Lidar
+    base specification, USGS Techniques and Methods 11-B4, 2018: hydro-flattening).
+    """
+    heights_m = np.array([ground_m(n, e) for n, e in zip(north_m.tolist(), east_m.tolist(), strict=True)])
+    for area in areas:
+        if area.level_m is not None:
+            wet = shapely.contains_xy(Polygon(area.outline_m, area.islands_m), north_m, east_m)
+            heights_m = np.where(wet, np.maximum(heights_m, area.level_m), heights_m)
+    return heights_m
 
 
 def joined(shapes: Sequence[Geometry]) -> list[Geometry]:

@@ -201,6 +201,7 @@ class World:
                 "label": water.label,
                 "outline_m": _corners(shore.outline_m),
                 "islands_m": [_corners(island) for island in shore.islands_m],
+                "level_m": water.level_m,
             }
             for water, shores in waters
             for shore in shores

@@ -278,6 +278,7 @@ def test_the_truth_names_water_fires_and_plants() -> None:
     world = world_of(water=[LAKE], fires=[fire], cover=[WOOD | {"label": "beech"}], wind={"north_m_s": 2.0})
     water, burning, wood = world.truth(10.0)["areas"]
     assert (water["kind"], water["name"], water["label"]) == ("water", "lake", "water")
+    assert water["level_m"] == LAKE["level_m"]
     assert (burning["kind"], burning["front_m_s"], burning["burns_s"]) == ("fire", [0.5, 0.0], 9.0)
     assert max(north for north, _ in burning["outline_m"]) == 9.0
     assert (wood["kind"], wood["label"]) == ("canopy", "beech")
