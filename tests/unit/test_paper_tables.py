@@ -47,13 +47,15 @@ def test_titles_stand_over_their_arms() -> None:
         (scenario,), vary, titles = TABLES[name].scenarios, TABLES[name].vary, TABLES[name].titles
         for title, arm in zip(titles, arms_of(find(scenario), [variation(text) for text in vary]), strict=True):
             count, what = title.split(", ")
-            assert len(arm.scenario.vehicles) == {"one": 1, "two": 2, "four": 4}[count]
+            assert len(arm.scenario.vehicles) == {"two": 2, "four": 4}[count]
             if name == "together":
                 assert arm.scenario.peer_radio.loss == {"no loss": 0.0, "10 %": 0.1, "30 %": 0.3}[what]
             else:
                 (fault,) = arm.scenario.faults
                 assert fault.model_dump(exclude_defaults=True) == LOST[what.removeprefix("its ")]
-    assert "| | one, no loss (1) |" in table_of(TABLES["together"], {str(arm): [summary()] for arm in range(9)})
+    assert "| | two, no loss (1) |" in table_of(TABLES["together"], {str(arm): [summary()] for arm in range(6)})
+    (alone,) = arms_of(find(*TABLES["alone"].scenarios), [variation(text) for text in TABLES["alone"].vary])
+    assert len(alone.scenario.vehicles) == 1
 
 
 def test_an_arm_is_a_column_and_the_paper_stands_beside_it() -> None:

@@ -132,10 +132,12 @@ TABLES = {
         [f"faults={','.join(json.dumps(list(one.faults)) for one in FAULTS)}"],
         {"paper": {DELIVERED: "24 of 30", ABORTED: "6"}}, share=len(FAULTS),
     ),
+    "alone": Table("One UAV, where several share the town", ["disaster-together"],
+                   [LARGE, "vehicles.uas.count=1"], {}, share=4, titles=["one"]),
     "together": Table(
-        "One, two and four UAVs", ["disaster-together"],
-        [LARGE, "vehicles.uas.count=1,2,4", "peer_radio.loss=0,0.1,0.3"], {}, share=4,
-        titles=[f"{count}, {loss}" for count in ("one", "two", "four") for loss in ("no loss", "10 %", "30 %")],
+        "Two and four UAVs", ["disaster-together"],
+        [LARGE, "vehicles.uas.count=2,4", "peer_radio.loss=0,0.1,0.3"], {}, share=4,
+        titles=[f"{count}, {loss}" for count in ("two", "four") for loss in ("no loss", "10 %", "30 %")],
     ),
     "lost": Table(
         "Two and four UAVs, the second of which is lost midway", ["disaster-together"],
