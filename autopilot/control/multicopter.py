@@ -7,21 +7,19 @@ its attitude or rates where it has some, every other mode by trajectory_setpoint
 the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode don't count
 there: until the first comes, what was there before goes on.
 
-Left out: battery scaling (MC_BAT_SCALE_EN), a notch filter of the velocity (MPC_VEL_NF_FRQ), trajectory steps at
-estimator resets (setpoints come anew every 8 ms), and in a termination the parachute.
+Left out: battery scaling (MC_BAT_SCALE_EN), trajectory steps at estimator resets (setpoints come anew every 8 ms), and
+in a termination the parachute.
 """
 
 import math
 from typing import Final
 
 from sitl_emu.autopilot.commander.control_mode import is_of_mode
-from sitl_emu.autopilot.constants import MOST_ROTORS, NavState, TakeoffState
-from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
-from sitl_emu.autopilot.control.actuator_test import ActuatorTests
-from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
+from sitl_emu.autopilot.constants import NavState, TakeoffState
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from sitl_emu.autopilot.control.manual_attitude import ManualAttitude
-from sitl_emu.autopilot.control.mc_att_control import FLT_EPSILON, AttitudeReference, rates_setpoint
+from sitl_emu.autopilot.control.mc_allocation import MulticopterAllocation
+from sitl_emu.autopilot.control.mc_att_control import AttitudeReference, rates_setpoint
 from sitl_emu.autopilot.control.mc_autotune import McAutotune
 from sitl_emu.autopilot.control.mc_parameters import constrain
 from sitl_emu.autopilot.control.mc_pos_control import (
@@ -30,26 +28,21 @@ from sitl_emu.autopilot.control.mc_pos_control import (
     Limits,
     PositionControl,
     PositionControlGains,
-    States,
     attitude_of_thrust,
     complete,
     failsafe_setpoint,
 )
 from sitl_emu.autopilot.control.mc_rate_control import RateControl
-from sitl_emu.autopilot.control.mixer import FIRST_MOTOR, PWM_DISARMED, direct_outputs, is_motor, is_servo
-from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
+from sitl_emu.autopilot.control.mc_states import VehicleStates, climb_velocity
 from sitl_emu.autopilot.control.takeoff import TakeoffHandling
 from sitl_emu.autopilot.estimator.imu_filter import alpha
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.flight_mode import STICKS_TO_THRUST
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
-from sitl_emu.autopilot.system.failure_injection import MOTOR, OFF
 from sitl_emu.autopilot.topics import (
     NAN,
     NAN3,
-    ActuatorOutputs,
-    ControlAllocatorStatus,
     DirectActuator,
     OffboardSetpoint,
     RateCtrlStatus,
@@ -75,20 +68,14 @@ CLEAR_OF_GROUND_M: Final = 1.0
 """Farther from it than so the ground bears nothing (MulticopterHoverThrustEstimator.cpp)."""
 FRESH_THRUST_US: Final = 20_000
 """A thrust older than so tells nothing of the hover thrust (there, too)."""
-PWM_MIN: Final = 1000
-PWM_RANGE: Final = 1000
-"""What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
 PWM_EVERY: Final = 5
 STATUS_EVERY: Final = 50
 """Ticks; as often as PX4 logs control_allocator_status."""
-MOTORS: Final = 12
-OUTPUTS: Final = 16
 
 
 class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
-    vehicle_thrust_setpoint, vehicle_torque_setpoint, rate_ctrl_status, hover_thrust_estimate, control_allocator_status
-    and actuator_outputs."""
+    vehicle_thrust_setpoint, vehicle_torque_setpoint, rate_ctrl_status and hover_thrust_estimate."""
 
     def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
         """`say(severity, text)` tells the ground."""
@@ -103,9 +90,6 @@ class MulticopterControl:
         self._valid = TrajectorySetpoint()
         """The last setpoint that could be flown."""
         self._position_us = self._rate_us = 0
-        self._velocity: Vector3 = (0.0, 0.0, 0.0)
-        self._velocity_derivative: Vector3 = (0.0, 0.0, 0.0)
-        self._resets = (0, 0)
         self._tilt_limit = 0.0
         self._attitude_due = False
         self._clear_of_ground = False
@@ -113,12 +97,10 @@ class MulticopterControl:
         self._ticks = 0
         self._obeyed: VehicleTorqueSetpoint | DirectActuator | None = None
         """What of OFFBOARD has gone to the motors last."""
-        self._tests = ActuatorTests(topics)
-        self.group_test = ActuatorGroupTest(topics, parameters)
+        self._vehicle_states = VehicleStates(parameters)
+        self._allocation = MulticopterAllocation(topics, parameters)
         self.autotune = McAutotune(topics, parameters)
-        self.started = (self.group_test, self.autotune)
-        self._motors_off: frozenset[int] = frozenset()
-        self._failures = topics.failure_injection
+        self.started = (self._allocation.group_test, self.autotune)
         self._refresh()
         self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.version)
         self._hover = HoverThrustEstimator(self._hover_parameters)
@@ -130,7 +112,7 @@ class MulticopterControl:
         constrain(self._parameters, self._say)
         self._refresh_position_control()
         self._refresh_attitude_control()
-        self._refresh_outputs()
+        self._allocation.refresh()
 
     def _refresh_position_control(self) -> None:
         get = self._get
@@ -156,7 +138,7 @@ class MulticopterControl:
         self._tilt_air, self._tilt_land = math.radians(get("MPC_TILTMAX_AIR")), math.radians(get("MPC_TILTMAX_LND"))
         self._land_speed = min(get("MPC_LAND_SPEED"), self._speed_down)
         self._spoolup_time, self._ramp_time = get("COM_SPOOLUP_TIME"), get("MPC_TKO_RAMP_T")
-        self._velocity_cutoff, self._velocity_derivative_cutoff = get("MPC_VEL_LP"), get("MPC_VELD_LP")
+        self._vehicle_states.refresh(self._parameters)
         self._hover_parameters = HoverThrustParameters(
             self._thrust_hover,
             get("HTE_HT_ERR_INIT"),
@@ -186,28 +168,6 @@ class MulticopterControl:
         rate.yaw_torque_alpha = alpha(get("MC_YAW_TQ_CUTOFF"), TICK_S)
         self._manual.refresh(self._parameters)
 
-    def _refresh_outputs(self) -> None:
-        get = self._get
-        count = max(0, min(MOST_ROTORS, int(get("CA_ROTOR_COUNT"))))
-        fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
-        rotors = [Rotor(*(get(f"CA_ROTOR{n}_{field}") for field in fields)) for n in range(count)]
-        self._allocator = ControlAllocator(rotors, get("THR_MDL_FAC"), int(get("MC_AIRMODE")))
-        functions = [int(get(f"PWM_MAIN_FUNC{n}")) for n in range(1, OUTPUTS + 1)]
-        self._channels = output_channels(functions)
-        self._functions = functions[: len(self._channels)]
-        self._straight = self._channels == list(range(count))
-        self._peripherals = any(map(carried, self._functions))
-        self._note_failures()
-        self._stopped = (0.0,) * len(self._channels)
-        self._stopped_pwm = (PWM_DISARMED,) * len(self._channels)
-
-    def _note_failures(self) -> None:
-        """A motor that is off stops where CA_FAILURE_MODE handles failures; else PX4 loses its telemetry alone."""
-        self._failures = failures = self._topics.failure_injection
-        handled = int(self._parameters["CA_FAILURE_MODE"]) > 0
-        off = [n for n in range(MOTORS) if failures.type_of(MOTOR, n + 1) == OFF] if handled else []
-        self._motors_off = frozenset(off)
-
     # --- position ------------------------------------------------------------------------------------------
 
     def update_position(self, now_us: int) -> None:
@@ -216,8 +176,7 @@ class MulticopterControl:
             self._refresh()
             self._hover.set_parameters(self._hover_parameters)
         topics = self._topics
-        if topics.failure_injection is not self._failures:
-            self._note_failures()
+        self._allocation.note_failures()
         status, landed = topics.vehicle_status, topics.vehicle_land_detected
         dt = max(0.002, min(0.04, (now_us - self._position_us) * 1e-6))
         self._position_us = now_us
@@ -280,8 +239,9 @@ class MulticopterControl:
             self._thrust_max,
             self._tilt_limit,
         )
-        states = self._states(dt)
-        states = states._replace(velocity=(*states.velocity[:2], self._climb(setpoint, states.velocity[2])))
+        states = self._vehicle_states.update(local, dt)
+        vn, ve, vd = states.velocity
+        states = states._replace(velocity=(vn, ve, climb_velocity(setpoint, local, vd, self._land_speed)))
         if complete(setpoint, states):
             self._valid = setpoint._replace(timestamp=now_us)
         elif now_us < self._valid.timestamp + VALID_US and complete(self._valid, states):
@@ -302,55 +262,6 @@ class MulticopterControl:
         )
         topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us, q_d, yaw_rate, (0.0, 0.0, -size))
 
-    def _climb(self, setpoint: TrajectorySetpoint, velocity_down: float) -> float:
-        """The vertical velocity that is controlled: the height's derivative has less bias where no height is held.
-
-        Blended in over the landing speed, so that there is no step.
-        """
-        local, wanted = self._topics.vehicle_local_position, setpoint.velocity[2]
-        holds_none = setpoint.position[2] != setpoint.position[2] and abs(wanted) > FLT_EPSILON
-        if not (holds_none and local.z_valid and local.v_z_valid and local.z_deriv == local.z_deriv):
-            return velocity_down
-        weight = min(abs(wanted) / self._land_speed, 1.0) if self._land_speed > 0.0 else 1.0
-        return local.z_deriv * weight + local.vz * (1.0 - weight)
-
-    def _states(self, dt: float) -> States:
-        local = self._topics.vehicle_local_position
-        vn, ve, vd = local.vx, local.vy, local.vz
-        ln, le, ld = self._velocity
-        dn, de, dd = self._velocity_derivative
-        resets = (local.vxy_reset_counter, local.vz_reset_counter)
-        if resets != self._resets:
-            if resets[0] != self._resets[0]:
-                ln, le = ln + local.delta_vxy[0], le + local.delta_vxy[1]
-            if resets[1] != self._resets[1]:
-                ld += local.delta_vz
-            self._resets = resets
-        if self._velocity_cutoff > 0.0:
-            weight = alpha(self._velocity_cutoff, dt)
-            vn, ve, vd = ln + weight * (vn - ln), le + weight * (ve - le), ld + weight * (vd - ld)
-        weight = alpha(self._velocity_derivative_cutoff, dt)
-        self._velocity = velocity = (vn, ve, vd)
-        dn += weight * ((vn - ln) / dt - dn)
-        de += weight * ((ve - le) / dt - de)
-        dd += weight * ((vd - ld) / dt - dd)
-        if not (local.v_xy_valid and vn == vn and ve == ve):
-            self._velocity, dn, de = (0.0, 0.0, self._velocity[2]), 0.0, 0.0
-        if not (local.v_z_valid and vd == vd):
-            self._velocity, dd = (*self._velocity[:2], 0.0), 0.0
-        self._velocity_derivative = derivative = (dn, de, dd)
-        if local.xy_valid and local.z_valid and local.v_xy_valid and local.v_z_valid:
-            return States((local.x, local.y, local.z), velocity, derivative, local.heading)
-        x, y = (local.x, local.y) if local.xy_valid else (NAN, NAN)
-        if not local.v_xy_valid:
-            vn = ve = NAN
-        return States(
-            (x, y, local.z if local.z_valid else NAN),
-            (vn, ve, vd if local.v_z_valid else NAN),
-            derivative,
-            local.heading,
-        )
-
     def _update_hover_thrust(self, now_us: int, dt: float, armed: bool) -> None:
         """While it is well clear of the ground; on the ground MPC_THR_HOVER counts."""
         topics, estimator, control = self._topics, self._hover, self._position
@@ -366,7 +277,7 @@ class MulticopterControl:
             return
         _, x, y, _ = topics.vehicle_attitude.q
         told = topics.vehicle_thrust_setpoint
-        thrust = -(told.xyz[2] - self._allocator.unallocated_thrust) * (1.0 - 2.0 * (x * x + y * y))
+        thrust = -(told.xyz[2] - self._allocation.unallocated_thrust) * (1.0 - 2.0 * (x * x + y * y))
         if thrust != thrust or now_us - told.timestamp >= FRESH_THRUST_US:
             return
         estimator.update(now_us, dt, -local.az, thrust, abs(local.vz), math.hypot(local.vx, local.vy))
@@ -397,8 +308,8 @@ class MulticopterControl:
             dt = TICK_S
         actuators = topics.actuator_armed
         if not actuators.armed or actuators.kill or topics.vehicle_status.termination:
-            if self._tests.due:
-                self._test(now_us)
+            if self._allocation.test_due:
+                self._allocation.test(now_us)
             else:
                 self._stop(now_us)
             return
@@ -409,14 +320,14 @@ class MulticopterControl:
             self._attitude_due = False
             self._control_attitude(now_us)
         setpoint, rates = topics.vehicle_rates_setpoint, topics.vehicle_angular_velocity
-        allocator, landed = self._allocator, topics.vehicle_land_detected
+        landed = topics.vehicle_land_detected
         roll, pitch, yaw = self._rate.update(
             rates.xyz,
             setpoint.rates,
             rates.xyz_derivative,
             dt,
             landed.landed or landed.maybe_landed,
-            allocator.unallocated,
+            self._allocation.unallocated,
         )
         if self.autotune.rates is not None:
             self.autotune.on_torque(now_us, (roll, pitch, yaw), rates.xyz)
@@ -427,14 +338,17 @@ class MulticopterControl:
             topics.rate_ctrl_status = RateCtrlStatus(now_us, *self._rate.integral)
         self._allocate(now_us, (roll, pitch, yaw), setpoint.thrust_body[2], told)
 
+    def _allocate(self, now_us: int, torque: Vector3, thrust: float, told: bool) -> None:
+        status_told = self._ticks % STATUS_EVERY == 0
+        self._allocation.allocate(now_us, torque, thrust, told=told, status_told=status_told)
+
     def _obeys(self, now_us: int, offboard: OffboardSetpoint, status: VehicleStatus) -> bool:
         """OFFBOARD that goes round the rate controller, or round all: whether it does. What is not told anew stays."""
         topics, direct, asked = self._topics, offboard.direct_actuator, offboard.thrust_and_torque
         if direct is not None:
             if direct is not self._obeyed and is_of_mode(direct.motors.timestamp, status):
                 self._obeyed = direct
-                outputs = direct_outputs(now_us, self._functions, direct, self._allocator.signal)
-                topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
+                self._allocation.obey(now_us, direct)
             return True
         if asked is None:
             return False
@@ -445,45 +359,6 @@ class MulticopterControl:
             self._ticks += 1
             self._allocate(now_us, asked.torque.xyz, topics.vehicle_thrust_setpoint.xyz[2], True)
         return True
-
-    def _allocate(self, now_us: int, torque: Vector3, thrust: float, told: bool) -> None:
-        """From torque and thrust to the outputs; `told`: with their pulses, for those who look on."""
-        topics, allocator = self._topics, self._allocator
-        roll, pitch, yaw = torque
-        if self.group_test.test is not None:
-            roll, pitch, yaw, thrust = self.group_test.applied(roll, pitch, yaw, thrust)
-        motors = allocator.allocate(roll, pitch, yaw, thrust)
-        if not math.isfinite(sum(motors)):
-            motors = tuple([value if math.isfinite(value) else 0.0 for value in motors])  # as PX4's mixer: off
-        if self._motors_off:
-            motors = tuple([0.0 if n in self._motors_off else value for n, value in enumerate(motors)])
-        controls = motors
-        if not self._straight:
-            controls = tuple([motors[n] if 0 <= n < len(motors) else 0.0 for n in self._channels])
-        pwm = topics.actuator_outputs.pwm
-        if told:
-            pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
-            if self._ticks % STATUS_EVERY == 0:
-                topics.control_allocator_status = self._allocator_status(now_us)
-        topics.actuator_outputs = outputs = ActuatorOutputs(now_us, controls, pwm)
-        if self._peripherals:
-            topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
-
-    def _allocator_status(self, now_us: int) -> ControlAllocatorStatus:
-        allocator = self._allocator
-        x, y, z = torque = allocator.unallocated
-        thrust = allocator.unallocated_thrust
-        return ControlAllocatorStatus(
-            now_us,
-            torque,
-            (0.0, 0.0, thrust),
-            x * x + y * y + z * z < ACHIEVED,
-            thrust * thrust < ACHIEVED,
-            saturation(allocator.thrusts),
-            sum(1 << motor for motor in self._motors_off),
-            0,
-            self.group_test.test is not None,
-        )
 
     def _control_attitude(self, now_us: int) -> None:
         topics = self._topics
@@ -518,36 +393,20 @@ class MulticopterControl:
         self._topics.vehicle_rates_setpoint = setpoint
         self._topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(now_us, setpoint.thrust_body)
 
-    def _test(self, now_us: int) -> None:
-        """Disarmed, and some actuators are tried out."""
-        if not self._tests.update(now_us, self._functions) or self._topics.vehicle_status.termination:
-            self._tests.stop()
-            self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm, test_mode=True)
-            return
-        outputs = [self._tests.outputs(function, self._allocator.signal) for function in self._functions]
-        controls, pwm = zip(*outputs, strict=True)
-        self._topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm, test_mode=True)
-
     def _stop(self, now_us: int) -> None:
         self._ticks += 1
-        if self._ticks % PWM_EVERY and self._topics.actuator_outputs.controls is self._stopped:
+        if self._ticks % PWM_EVERY and self._allocation.stopped:
             return
         self._rate.reset()
         self._position.reset_integral()
         self._obeyed = None
-        self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
+        self._allocation.stop(now_us)
 
 
 def _has_horizontal(setpoint: TrajectorySetpoint) -> bool:
     """Whether a horizontal velocity is controlled."""
     (x, y, _), (vx, vy, _) = setpoint.position, setpoint.velocity
     return (x == x and y == y) or (vx == vx and vy == vy)
-
-
-def output_channels(functions: list[int]) -> list[int]:
-    """Which motor (0-based; -1 none) each output carries, up to the last that carries something: PWM_MAIN_FUNCn."""
-    motors = [function - FIRST_MOTOR if is_motor(function) else -1 for function in functions]
-    return motors[: last_used(functions, [is_motor(function) or is_servo(function) for function in functions])]
 
 
 def scaled(k: Vector3, gain: Vector3) -> Vector3:

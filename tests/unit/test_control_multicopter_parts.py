@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from sitl_emu.autopilot.constants import NavState, Severity, TakeoffState
 from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, desaturate, mixer
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
+from sitl_emu.autopilot.control.mc_allocation import output_channels
 from sitl_emu.autopilot.control.mc_att_control import AttitudeReference, rates_setpoint
 from sitl_emu.autopilot.control.mc_parameters import constrain, of_responsiveness
 from sitl_emu.autopilot.control.mc_pos_control import (
@@ -22,7 +23,7 @@ from sitl_emu.autopilot.control.mc_pos_control import (
     failsafe_setpoint,
 )
 from sitl_emu.autopilot.control.mc_rate_control import RateControl
-from sitl_emu.autopilot.control.multicopter import MulticopterControl, output_channels
+from sitl_emu.autopilot.control.multicopter import MulticopterControl
 from sitl_emu.autopilot.control.takeoff import TakeoffHandling
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (

@@ -1,0 +1,150 @@
+"""From torque and thrust of a multicopter to its outputs, or to those that somebody else asks for.
+
+What PX4's control_allocator and its mixer library do around their maths (src/modules/control_allocator,
+src/lib/mixer_module, v1.18): the rotors of CA_ROTORn_*, the outputs of PWM_MAIN_FUNCn, actuators that are tried out,
+and motors that stop because a failure of theirs is injected.
+"""
+
+import math
+from typing import Final
+
+from sitl_emu.autopilot.constants import MOST_ROTORS
+from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
+from sitl_emu.autopilot.control.actuator_test import ActuatorTests
+from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
+from sitl_emu.autopilot.control.mixer import FIRST_MOTOR, PWM_DISARMED, direct_outputs, is_motor, is_servo
+from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.system.failure_injection import MOTOR, OFF
+from sitl_emu.autopilot.topics import ActuatorOutputs, ControlAllocatorStatus, DirectActuator, Topics, Vector3
+
+PWM_MIN: Final = 1000
+PWM_RANGE: Final = 1000
+"""What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
+MOTORS: Final = 12
+OUTPUTS: Final = 16
+
+
+class MulticopterAllocation:
+    """Writer of control_allocator_status and actuator_outputs."""
+
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._topics, self._parameters = topics, parameters
+        self._tests = ActuatorTests(topics)
+        self.group_test = ActuatorGroupTest(topics, parameters)
+        self._motors_off: frozenset[int] = frozenset()
+        self._failures = topics.failure_injection
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Copy the parameters: they have changed."""
+        parameters = self._parameters
+        count = max(0, min(MOST_ROTORS, int(parameters["CA_ROTOR_COUNT"])))
+        fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
+        rotors = [Rotor(*(float(parameters[f"CA_ROTOR{n}_{field}"]) for field in fields)) for n in range(count)]
+        self._allocator = ControlAllocator(rotors, float(parameters["THR_MDL_FAC"]), int(parameters["MC_AIRMODE"]))
+        functions = [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)]
+        self._channels = output_channels(functions)
+        self._functions = functions[: len(self._channels)]
+        self._straight = self._channels == list(range(count))
+        self._peripherals = any(map(carried, self._functions))
+        self._note_failures()
+        self._stopped = (0.0,) * len(self._channels)
+        self._stopped_pwm = (PWM_DISARMED,) * len(self._channels)
+
+    def note_failures(self) -> None:
+        """Look whether other failures are injected."""
+        if self._topics.failure_injection is not self._failures:
+            self._note_failures()
+
+    def _note_failures(self) -> None:
+        """A motor that is off stops where CA_FAILURE_MODE handles failures; else PX4 loses its telemetry alone."""
+        self._failures = failures = self._topics.failure_injection
+        handled = int(self._parameters["CA_FAILURE_MODE"]) > 0
+        off = [n for n in range(MOTORS) if failures.type_of(MOTOR, n + 1) == OFF] if handled else []
+        self._motors_off = frozenset(off)
+
+    @property
+    def unallocated(self) -> Vector3:
+        """Torque that the last call could not give."""
+        return self._allocator.unallocated
+
+    @property
+    def unallocated_thrust(self) -> float:
+        """Thrust along body z that it could not give."""
+        return self._allocator.unallocated_thrust
+
+    @property
+    def stopped(self) -> bool:
+        """All outputs are at their disarmed values."""
+        return self._topics.actuator_outputs.controls is self._stopped
+
+    @property
+    def test_due(self) -> bool:
+        """An actuator is tried out, or is to be."""
+        return self._tests.due
+
+    def allocate(self, now_us: int, torque: Vector3, thrust: float, *, told: bool, status_told: bool) -> None:
+        """From torque and thrust to the outputs; `told`: with their pulses, `status_told`: with the allocator's status,
+        for those who look on."""
+        topics, allocator = self._topics, self._allocator
+        roll, pitch, yaw = torque
+        if self.group_test.test is not None:
+            roll, pitch, yaw, thrust = self.group_test.applied(roll, pitch, yaw, thrust)
+        motors = allocator.allocate(roll, pitch, yaw, thrust)
+        if not math.isfinite(sum(motors)):
+            motors = tuple([value if math.isfinite(value) else 0.0 for value in motors])  # as PX4's mixer: off
+        if self._motors_off:
+            motors = tuple([0.0 if n in self._motors_off else value for n, value in enumerate(motors)])
+        controls = motors
+        if not self._straight:
+            controls = tuple([motors[n] if 0 <= n < len(motors) else 0.0 for n in self._channels])
+        pwm = topics.actuator_outputs.pwm
+        if told:
+            pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
+        if status_told:
+            topics.control_allocator_status = self._status(now_us)
+        topics.actuator_outputs = outputs = ActuatorOutputs(now_us, controls, pwm)
+        if self._peripherals:
+            topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
+
+    def _status(self, now_us: int) -> ControlAllocatorStatus:
+        allocator = self._allocator
+        x, y, z = torque = allocator.unallocated
+        thrust = allocator.unallocated_thrust
+        return ControlAllocatorStatus(
+            now_us,
+            torque,
+            (0.0, 0.0, thrust),
+            x * x + y * y + z * z < ACHIEVED,
+            thrust * thrust < ACHIEVED,
+            saturation(allocator.thrusts),
+            sum(1 << motor for motor in self._motors_off),
+            0,
+            self.group_test.test is not None,
+        )
+
+    def obey(self, now_us: int, told: DirectActuator) -> None:
+        """Outputs as ROS 2 tells them: nothing is allocated."""
+        outputs = direct_outputs(now_us, self._functions, told, self._allocator.signal)
+        self._topics.actuator_outputs = with_peripherals(self._topics, self._functions, outputs)
+
+    def test(self, now_us: int) -> None:
+        """Disarmed, and some actuators are tried out."""
+        if not self._tests.update(now_us, self._functions) or self._topics.vehicle_status.termination:
+            self._tests.stop()
+            self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm, test_mode=True)
+            return
+        outputs = [self._tests.outputs(function, self._allocator.signal) for function in self._functions]
+        controls, pwm = zip(*outputs, strict=True)
+        self._topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm, test_mode=True)
+
+    def stop(self, now_us: int) -> None:
+        """All outputs to their disarmed values."""
+        self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
+
+
+def output_channels(functions: list[int]) -> list[int]:
+    """Which motor (0-based; -1 none) each output carries, up to the last that carries something: PWM_MAIN_FUNCn."""
+    motors = [function - FIRST_MOTOR if is_motor(function) else -1 for function in functions]
+    return motors[: last_used(functions, [is_motor(function) or is_servo(function) for function in functions])]

@@ -1,0 +1,79 @@
+"""Where a multicopter is, as its position control sees it: what is known of it, the velocity filtered.
+
+PX4's MulticopterPositionControl::set_vehicle_states (src/modules/mc_pos_control, v1.18): MPC_VEL_LP, MPC_VELD_LP.
+
+Left out: a notch filter of the velocity (MPC_VEL_NF_FRQ).
+"""
+
+from sitl_emu.autopilot.control.mc_att_control import FLT_EPSILON
+from sitl_emu.autopilot.control.mc_pos_control import States
+from sitl_emu.autopilot.estimator.imu_filter import alpha
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import NAN, TrajectorySetpoint, Vector3, VehicleLocalPosition
+
+
+class VehicleStates:
+    """Filters vehicle_local_position into the states that are controlled."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._velocity: Vector3 = (0.0, 0.0, 0.0)
+        self._velocity_derivative: Vector3 = (0.0, 0.0, 0.0)
+        self._resets = (0, 0)
+        self.refresh(parameters)
+
+    def refresh(self, parameters: Parameters) -> None:
+        """Copy the parameters: they have changed."""
+        self._velocity_cutoff = float(parameters["MPC_VEL_LP"])
+        self._velocity_derivative_cutoff = float(parameters["MPC_VELD_LP"])
+
+    def update(self, local: VehicleLocalPosition, dt: float) -> States:
+        """The states after one more sample."""
+        vn, ve, vd = local.vx, local.vy, local.vz
+        ln, le, ld = self._velocity
+        dn, de, dd = self._velocity_derivative
+        resets = (local.vxy_reset_counter, local.vz_reset_counter)
+        if resets != self._resets:
+            if resets[0] != self._resets[0]:
+                ln, le = ln + local.delta_vxy[0], le + local.delta_vxy[1]
+            if resets[1] != self._resets[1]:
+                ld += local.delta_vz
+            self._resets = resets
+        if self._velocity_cutoff > 0.0:
+            weight = alpha(self._velocity_cutoff, dt)
+            vn, ve, vd = ln + weight * (vn - ln), le + weight * (ve - le), ld + weight * (vd - ld)
+        weight = alpha(self._velocity_derivative_cutoff, dt)
+        self._velocity = velocity = (vn, ve, vd)
+        dn += weight * ((vn - ln) / dt - dn)
+        de += weight * ((ve - le) / dt - de)
+        dd += weight * ((vd - ld) / dt - dd)
+        if not (local.v_xy_valid and vn == vn and ve == ve):
+            self._velocity, dn, de = (0.0, 0.0, self._velocity[2]), 0.0, 0.0
+        if not (local.v_z_valid and vd == vd):
+            self._velocity, dd = (*self._velocity[:2], 0.0), 0.0
+        self._velocity_derivative = derivative = (dn, de, dd)
+        if local.xy_valid and local.z_valid and local.v_xy_valid and local.v_z_valid:
+            return States((local.x, local.y, local.z), velocity, derivative, local.heading)
+        x, y = (local.x, local.y) if local.xy_valid else (NAN, NAN)
+        if not local.v_xy_valid:
+            vn = ve = NAN
+        return States(
+            (x, y, local.z if local.z_valid else NAN),
+            (vn, ve, vd if local.v_z_valid else NAN),
+            derivative,
+            local.heading,
+        )
+
+
+def climb_velocity(
+    setpoint: TrajectorySetpoint, local: VehicleLocalPosition, velocity_down: float, land_speed: float
+) -> float:
+    """The vertical velocity that is controlled: the height's derivative has less bias where no height is held.
+
+    Blended in over the landing speed, so that there is no step.
+    """
+    wanted = setpoint.velocity[2]
+    holds_none = setpoint.position[2] != setpoint.position[2] and abs(wanted) > FLT_EPSILON
+    if not (holds_none and local.z_valid and local.v_z_valid and local.z_deriv == local.z_deriv):
+        return velocity_down
+    weight = min(abs(wanted) / land_speed, 1.0) if land_speed > 0.0 else 1.0
+    return local.z_deriv * weight + local.vz * (1.0 - weight)
