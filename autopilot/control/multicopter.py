@@ -7,8 +7,7 @@ its attitude or rates where it has some, every other mode by trajectory_setpoint
 the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode don't count
 there: until the first comes, what was there before goes on.
 
-Left out: battery scaling (MC_BAT_SCALE_EN), trajectory steps at estimator resets (setpoints come anew every 8 ms), and
-in a termination the parachute.
+Left out: trajectory steps at estimator resets (setpoints come anew every 8 ms), and in a termination the parachute.
 """
 
 import math
@@ -97,6 +96,8 @@ class MulticopterControl:
         self._ticks = 0
         self._obeyed: VehicleTorqueSetpoint | DirectActuator | None = None
         """What of OFFBOARD has gone to the motors last."""
+        self._battery_scale = 1.0
+        """What thrust and torque are multiplied by."""
         self._vehicle_states = VehicleStates(parameters)
         self._allocation = MulticopterAllocation(topics, parameters)
         self.autotune = McAutotune(topics, parameters)
@@ -166,6 +167,7 @@ class MulticopterControl:
         rate.gain_d, rate.gain_ff = scaled(k, three("MC_{}RATE_D")), three("MC_{}RATE_FF")
         rate.int_limit = (get("MC_RR_INT_LIM"), get("MC_PR_INT_LIM"), get("MC_YR_INT_LIM"))
         rate.yaw_torque_alpha = alpha(get("MC_YAW_TQ_CUTOFF"), TICK_S)
+        self._scaled_by_battery = bool(get("MC_BAT_SCALE_EN"))
         self._manual.refresh(self._parameters)
 
     # --- position ------------------------------------------------------------------------------------------
@@ -329,6 +331,11 @@ class MulticopterControl:
             landed.landed or landed.maybe_landed,
             self._allocation.unallocated,
         )
+        thrust = setpoint.thrust_body[2]
+        if self._scaled_by_battery:
+            self._follow_battery()
+            roll, pitch, yaw = self._by_battery((roll, pitch, yaw))
+            _, _, thrust = self._by_battery(setpoint.thrust_body)
         if self.autotune.rates is not None:
             self.autotune.on_torque(now_us, (roll, pitch, yaw), rates.xyz)
         self._ticks += 1
@@ -336,7 +343,19 @@ class MulticopterControl:
         if told:
             topics.vehicle_torque_setpoint = VehicleTorqueSetpoint(now_us, (roll, pitch, yaw))
             topics.rate_ctrl_status = RateCtrlStatus(now_us, *self._rate.integral)
-        self._allocate(now_us, (roll, pitch, yaw), setpoint.thrust_body[2], told)
+        self._allocate(now_us, (roll, pitch, yaw), thrust, told)
+
+    def _follow_battery(self) -> None:
+        """The last scale that a battery told stays."""
+        battery = self._topics.battery_status
+        if battery.connected and battery.scale > 0.0:
+            self._battery_scale = battery.scale
+
+    def _by_battery(self, setpoint: Vector3) -> Vector3:
+        """An empty battery turns the motors more slowly than a full one: so much more is asked of it."""
+        scale = self._battery_scale
+        x, y, z = setpoint
+        return max(-1.0, min(1.0, x * scale)), max(-1.0, min(1.0, y * scale)), max(-1.0, min(1.0, z * scale))
 
     def _allocate(self, now_us: int, torque: Vector3, thrust: float, told: bool) -> None:
         status_told = self._ticks % STATUS_EVERY == 0
@@ -391,7 +410,8 @@ class MulticopterControl:
 
     def _set_rates(self, now_us: int, setpoint: VehicleRatesSetpoint) -> None:
         self._topics.vehicle_rates_setpoint = setpoint
-        self._topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(now_us, setpoint.thrust_body)
+        thrust = self._by_battery(setpoint.thrust_body) if self._scaled_by_battery else setpoint.thrust_body
+        self._topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(now_us, thrust)
 
     def _stop(self, now_us: int) -> None:
         self._ticks += 1

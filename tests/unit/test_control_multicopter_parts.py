@@ -30,6 +30,7 @@ from sitl_emu.autopilot.topics import (
     NAN,
     NAN3,
     ActuatorArmed,
+    BatteryStatus,
     Quaternion,
     Topics,
     TrajectorySetpoint,
@@ -41,6 +42,7 @@ from sitl_emu.autopilot.topics import (
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.attitude import quaternion
+from sitl_emu.vehicles import load
 from tests.typed import now
 
 G = 9.80665
@@ -394,26 +396,62 @@ def test_integrator_is_limited() -> None:
     assert control.update((0.0,) * 3, (0.0,) * 3, (0.0,) * 3, 0.004, True, (0.0,) * 3)[0] == pytest.approx(0.3)
 
 
+class FlyingControl:
+    """In the air, velocities controlled, 125 times a second."""
+
+    def __init__(self, **values: float) -> None:
+        at_once = {"COM_SPOOLUP_TIME": 0.0, "MPC_TKO_RAMP_T": 0.0}
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, {**load("sihsim_hex").airframe, **at_once, **values})
+        self.topics = topics = Topics()
+        self.control = MulticopterControl(topics, self.parameters, lambda *_: None)
+        self.now_us = 0
+        topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.POSCTL)
+        topics.actuator_armed = ActuatorArmed(armed=True)
+        topics.vehicle_land_detected = VehicleLandDetected(ground_contact=False, maybe_landed=False, landed=False)
+        topics.vehicle_constraints = VehicleConstraints(want_takeoff=True)
+
+    def fly(self, steps: int, north: float = 0.0) -> None:
+        """`north`: its velocity."""
+        for _ in range(steps):
+            self.now_us = now_us = self.now_us + 8000
+            self.topics.trajectory_setpoint = TrajectorySetpoint(now_us, velocity=(0.0, 0.0, 0.0))
+            self.topics.vehicle_local_position = VehicleLocalPosition(
+                now_us, now_us, True, True, True, True, z=-5.0, vx=north
+            )
+            self.control.update_position(now_us)
+            self.control.update_rate(now_us)
+
+
 @pytest.mark.parametrize(("cutoff_hz", "after_80_ms"), [(0.0, 1.0), (2.0, 0.62)])
 def test_the_velocity_passes_a_low_pass_where_mpc_vel_lp_has_one(cutoff_hz: float, after_80_ms: float) -> None:
     """MulticopterPositionControl::set_vehicle_states; here velocity is all that is controlled, by its gain alone."""
-    gains = {"MPC_XY_VEL_I_ACC": 0.0, "MPC_XY_VEL_D_ACC": 0.0, "COM_SPOOLUP_TIME": 0.0, "MPC_TKO_RAMP_T": 0.0}
-    parameters = Parameters(VehicleKind.MULTICOPTER, {"MPC_VEL_LP": cutoff_hz, **gains})
-    topics = Topics()
-    control = MulticopterControl(topics, parameters, lambda *_: None)
-    topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.POSCTL)
-    topics.actuator_armed = ActuatorArmed(armed=True)
-    topics.vehicle_land_detected = VehicleLandDetected(ground_contact=False, maybe_landed=False, landed=False)
-    topics.vehicle_constraints = VehicleConstraints(want_takeoff=True)
-    for step in range(1, 211):
-        speed = 1.0 if step > 200 else 0.0
-        topics.trajectory_setpoint = TrajectorySetpoint(step * 8000, velocity=(0.0, 0.0, -0.5))
-        topics.vehicle_local_position = VehicleLocalPosition(
-            step * 8000, step * 8000, True, True, True, True, z=-5.0, vx=speed
-        )
-        control.update_position(step * 8000)
-    told = topics.vehicle_local_position_setpoint
-    assert told.acceleration[0] == pytest.approx(-after_80_ms * parameters["MPC_XY_VEL_P_ACC"], rel=0.03)
+    flown = FlyingControl(MPC_VEL_LP=cutoff_hz, MPC_XY_VEL_I_ACC=0.0, MPC_XY_VEL_D_ACC=0.0)
+    flown.fly(200)
+    flown.fly(10, north=1.0)
+    told = flown.topics.vehicle_local_position_setpoint
+    assert told.acceleration[0] == pytest.approx(-after_80_ms * flown.parameters["MPC_XY_VEL_P_ACC"], rel=0.03)
+
+
+@pytest.mark.parametrize(("enabled", "factor"), [(0, 1.0), (1, 1.2)])
+def test_of_an_empty_battery_more_thrust_and_torque_are_asked_where_mc_bat_scale_en_says_so(
+    enabled: int, factor: float
+) -> None:
+    """MulticopterRateControl::Run: battery_status.scale of a battery that is there."""
+    flown = FlyingControl(MC_BAT_SCALE_EN=enabled)
+    topics = flown.topics
+    flown.fly(10)
+    asked = topics.vehicle_rates_setpoint.thrust_body[2]
+    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(asked)
+    topics.battery_status = BatteryStatus(connected=True, scale=1.2)
+    topics.vehicle_angular_velocity = topics.vehicle_angular_velocity._replace(xyz=(0.1, 0.0, 0.0))
+    flown.fly(10)
+    scaled = topics.vehicle_rates_setpoint.thrust_body[2]
+    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(factor * scaled)
+    motors = topics.actuator_outputs.controls
+    assert sum(motor**2 for motor in motors) / len(motors) == pytest.approx(-factor * scaled, rel=1e-3)
+    topics.battery_status = BatteryStatus(connected=False)
+    flown.fly(10)
+    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(factor * topics.vehicle_rates_setpoint.thrust_body[2])
 
 
 def test_takeoff_spools_up_waits_ramps_and_flies() -> None:
