@@ -1,15 +1,19 @@
 """Where a multicopter is, as its position control sees it: what is known of it, the velocity filtered.
 
-PX4's MulticopterPositionControl::set_vehicle_states (src/modules/mc_pos_control, v1.18): MPC_VEL_LP, MPC_VELD_LP.
-
-Left out: a notch filter of the velocity (MPC_VEL_NF_FRQ).
+PX4's MulticopterPositionControl::set_vehicle_states (src/modules/mc_pos_control, v1.18): a notch filter of the velocity
+(MPC_VEL_NF_FRQ, MPC_VEL_NF_BW), then a low-pass (MPC_VEL_LP); another low-pass of its derivative (MPC_VELD_LP).
 """
+
+from typing import Final
 
 from sitl_emu.autopilot.control.mc_att_control import FLT_EPSILON
 from sitl_emu.autopilot.control.mc_pos_control import States
-from sitl_emu.autopilot.estimator.imu_filter import alpha
+from sitl_emu.autopilot.estimator.imu_filter import NotchFilter, alpha
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import NAN, TrajectorySetpoint, Vector3, VehicleLocalPosition
+
+SAMPLE_HZ: Final = 125.0
+"""How often local positions come, which PX4 measures."""
 
 
 class VehicleStates:
@@ -19,12 +23,22 @@ class VehicleStates:
         self._velocity: Vector3 = (0.0, 0.0, 0.0)
         self._velocity_derivative: Vector3 = (0.0, 0.0, 0.0)
         self._resets = (0, 0)
+        self._notch = (0.0, 0.0)
+        self._set_notch(*self._notch)
         self.refresh(parameters)
 
     def refresh(self, parameters: Parameters) -> None:
         """Copy the parameters: they have changed."""
         self._velocity_cutoff = float(parameters["MPC_VEL_LP"])
         self._velocity_derivative_cutoff = float(parameters["MPC_VELD_LP"])
+
+        notch = float(parameters["MPC_VEL_NF_FRQ"]), float(parameters["MPC_VEL_NF_BW"])
+        if notch != self._notch:
+            self._set_notch(*notch)
+
+    def _set_notch(self, centre_hz: float, bandwidth_hz: float) -> None:
+        self._notch = (centre_hz, bandwidth_hz)
+        self._notch_n, self._notch_e, self._notch_d = [NotchFilter(SAMPLE_HZ, *self._notch) for _ in range(3)]
 
     def update(self, local: VehicleLocalPosition, dt: float) -> States:
         """The states after one more sample."""
@@ -35,9 +49,13 @@ class VehicleStates:
         if resets != self._resets:
             if resets[0] != self._resets[0]:
                 ln, le = ln + local.delta_vxy[0], le + local.delta_vxy[1]
+                self._reset_notch_xy()
             if resets[1] != self._resets[1]:
                 ld += local.delta_vz
+                self._notch_d.reset()
             self._resets = resets
+        if not self._notch_n.through:
+            vn, ve, vd = self._notch_n.update(vn), self._notch_e.update(ve), self._notch_d.update(vd)
         if self._velocity_cutoff > 0.0:
             weight = alpha(self._velocity_cutoff, dt)
             vn, ve, vd = ln + weight * (vn - ln), le + weight * (ve - le), ld + weight * (vd - ld)
@@ -48,8 +66,10 @@ class VehicleStates:
         dd += weight * ((vd - ld) / dt - dd)
         if not (local.v_xy_valid and vn == vn and ve == ve):
             self._velocity, dn, de = (0.0, 0.0, self._velocity[2]), 0.0, 0.0
+            self._reset_notch_xy()
         if not (local.v_z_valid and vd == vd):
             self._velocity, dd = (*self._velocity[:2], 0.0), 0.0
+            self._notch_d.reset()
         self._velocity_derivative = derivative = (dn, de, dd)
         if local.xy_valid and local.z_valid and local.v_xy_valid and local.v_z_valid:
             return States((local.x, local.y, local.z), velocity, derivative, local.heading)
@@ -62,6 +82,10 @@ class VehicleStates:
             derivative,
             local.heading,
         )
+
+    def _reset_notch_xy(self) -> None:
+        self._notch_n.reset()
+        self._notch_e.reset()
 
 
 def climb_velocity(

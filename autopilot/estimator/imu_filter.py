@@ -1,12 +1,16 @@
-"""Low-pass filters of PX4's vehicle_angular_velocity (IMU_GYRO_CUTOFF, IMU_DGYRO_CUTOFF).
+"""PX4's filters (src/lib/mathlib/math/filter, v1.18).
 
-Rates pass a second-order Butterworth filter, their derivative a first-order one (src/lib/mathlib/math/filter, v1.18).
-Notch filters (IMU_GYRO_NF*, IMU_GYRO_DNF*) are left out: nothing simulated vibrates.
+Body rates pass a second-order Butterworth low-pass (IMU_GYRO_CUTOFF), their derivative a first-order one
+(IMU_DGYRO_CUTOFF). Their notch filters (IMU_GYRO_NF*, IMU_GYRO_DNF*) are left out: nothing simulated vibrates.
 """
 
 import math
+from typing import Final
 
 from sitl_emu.autopilot.topics import Vector3
+
+LEAST_OF_SAMPLE_RATE: Final = 0.001
+"""A notch is nowhere lower, nor narrower, by the sample rate (NotchFilter::setParameters)."""
 
 
 class LowPass2p:
@@ -33,6 +37,36 @@ class LowPass2p:
         z0 = z - a1 * z1 - a2 * z2
         self._x1, self._x2, self._y1, self._y2, self._z1, self._z2 = x0, x1, y0, y1, z0, z1
         return b0 * (x0 + x1 + x1 + x2), b0 * (y0 + y1 + y1 + y2), b0 * (z0 + z1 + z1 + z2)
+
+
+class NotchFilter:
+    """Second-order notch, in direct form I: takes out what goes at `centre_hz` and weakens `bandwidth_hz` about it."""
+
+    def __init__(self, sample_hz: float, centre_hz: float, bandwidth_hz: float) -> None:
+        """A centre of zero, or beyond half the sample rate, lets everything through; so does a bandwidth of zero."""
+        self.through = not (0.0 < centre_hz < sample_hz / 2 and 0.0 < bandwidth_hz < sample_hz / 2)
+        least = LEAST_OF_SAMPLE_RATE * sample_hz
+        width = math.tan(math.pi * max(bandwidth_hz, least) / sample_hz) if not self.through else 0.0
+        self._b0 = 1.0 / (width + 1.0)
+        self._b1 = -2.0 * math.cos(math.tau * max(centre_hz, least) / sample_hz) * self._b0
+        self._a2 = (1.0 - width) * self._b0
+        self._started = False
+        self._x1 = self._x2 = self._y1 = self._y2 = 0.0
+
+    def reset(self) -> None:
+        """Begin anew: the next sample counts as one that has always been there."""
+        self._started = False
+
+    def update(self, x: float) -> float:
+        """The filtered value after one more sample."""
+        if self.through:
+            return x
+        if not self._started:
+            self._started = True
+            self._x1 = self._x2 = self._y1 = self._y2 = x if math.isfinite(x) else 0.0
+        y = self._b0 * (x + self._x2) + self._b1 * (self._x1 - self._y1) - self._a2 * self._y2
+        self._x1, self._x2, self._y1, self._y2 = x, self._x1, y, self._y1
+        return y
 
 
 def alpha(cutoff_hz: float, dt_s: float) -> float:

@@ -432,6 +432,20 @@ def test_the_velocity_passes_a_low_pass_where_mpc_vel_lp_has_one(cutoff_hz: floa
     assert told.acceleration[0] == pytest.approx(-after_80_ms * flown.parameters["MPC_XY_VEL_P_ACC"], rel=0.03)
 
 
+@pytest.mark.parametrize(("bandwidth_hz", "left"), [(0.0, 1.0), (2.0, 0.0)])
+def test_a_velocity_that_shakes_is_filtered_where_mpc_vel_nf_frq_has_a_notch(bandwidth_hz: float, left: float) -> None:
+    """MulticopterPositionControl::set_vehicle_states; what is steady passes."""
+    gains = {"MPC_XY_VEL_I_ACC": 0.0, "MPC_XY_VEL_D_ACC": 0.0}
+    flown = FlyingControl(MPC_VEL_NF_FRQ=5.0, MPC_VEL_NF_BW=bandwidth_hz, **gains)
+    seen = []
+    for step in range(500):
+        flown.fly(1, north=1.0 + math.sin(math.tau * 5.0 * step * 0.008))
+        seen.append(flown.topics.vehicle_local_position_setpoint.acceleration[0])
+    gain = flown.parameters["MPC_XY_VEL_P_ACC"]
+    assert max(seen[-50:]) - min(seen[-50:]) == pytest.approx(2.0 * left * gain, abs=0.02)
+    assert sum(seen[-50:]) / 50 == pytest.approx(-gain, rel=0.02)
+
+
 @pytest.mark.parametrize(("enabled", "factor"), [(0, 1.0), (1, 1.2)])
 def test_of_an_empty_battery_more_thrust_and_torque_are_asked_where_mc_bat_scale_en_says_so(
     enabled: int, factor: float

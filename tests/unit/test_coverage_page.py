@@ -35,4 +35,4 @@ def test_the_page_knows_who_reads_what_and_what_nobody_reads() -> None:
     assert "SIH_WIND_N" in readers["`sitl_emu/run/simulated_parameters.py`"]
     for name in ("MC_ROLLRATE_P", "CA_ROTOR*n*_PX"):
         assert name in wired and name not in unread
-    assert "MPC_VEL_NF_FRQ" in unread and "MPC_VEL_NF_FRQ" not in wired
+    assert "FD_EXT_ATS_EN" in unread and "FD_EXT_ATS_EN" not in wired
