@@ -1,9 +1,9 @@
 """Attitudes that no flight needs: tilted further than FD_FAIL_R, FD_FAIL_P for FD_FAIL_R_TTRI, FD_FAIL_P_TTRI. And an
 airframe that shakes more sideways than up and down by FD_IMB_PROP_THR (0: nobody looks), as one with a propeller out of
-balance does.
+balance does. And which motors are off because a failure is injected: its status takes that to the allocator.
 
-PX4's FailureDetector (src/modules/commander/failure_detector, v1.18). It looks in every mode that controls attitude, on
-the ground as in the air. What follows is in arming_checks/failure_detector.py and failsafe.py.
+PX4's FailureDetector and FailureInjector (src/modules/commander/failure_detector, v1.18). It looks in every mode that
+controls attitude, on the ground as in the air. What follows is in arming_checks/failure_detector.py and failsafe.py.
 
 Left out: loss of altitude (FD_ALT_LOSS, off by default), an external trigger (FD_EXT_ATS_EN), speed controllers.
 """
@@ -15,9 +15,12 @@ from sitl_emu.autopilot.commander.control_mode import asked_for
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.flight_mode import modes_where
 from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.system.failure_injection import MOTOR, OFF
 from sitl_emu.autopilot.topics import FailureDetectorStatus, Topics
 
 STATUS_EVERY_US: Final = 500_000
+MOTORS: Final = 12
+"""esc_status's CONNECTED_ESC_MAX."""
 IMBALANCE_TIME_CONSTANT_S: Final = 5.0
 WITHOUT_ATTITUDE = modes_where(lambda mode: not mode.control.attitude)
 
@@ -54,7 +57,11 @@ class FailureDetector:
         found = (fd_roll, fd_pitch, imbalanced)
         if found != status[1:4] or now_us - self._told_us >= STATUS_EVERY_US:
             self._told_us = now_us
-            topics.failure_detector_status = FailureDetectorStatus(now_us, *found, self._imbalance)
+            topics.failure_detector_status = FailureDetectorStatus(now_us, *found, self._imbalance, self._motors_off())
+
+    def _motors_off(self) -> int:
+        failures = self._topics.failure_injection
+        return sum([1 << n for n in range(MOTORS) if failures.type_of(MOTOR, n + 1) == OFF])
 
     def _watch_balance(self) -> None:
         imu = self._topics.vehicle_imu_status

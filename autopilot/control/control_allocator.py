@@ -4,8 +4,8 @@ PX4's control_allocator for CA_AIRFRAME 0 (src/modules/control_allocator, v1.18)
 (CA_ROTORn_*), pseudo-inverse, normalised as PX4 does, then sequential desaturation: thrust gives way first, then roll
 and pitch, and yaw keeps what is left. With MC_AIRMODE thrust may also get more, so that roll and pitch (1), and yaw as
 well (2), turn the vehicle at no throttle as they do in hover. THR_MDL_FAC turns thrust into motor signal. The matrix is
-worked out by numpy once; a tick is plain Python. Slew rates (CA_Rn_SLEW), tilting rotors and motor failures are left
-out.
+worked out by numpy once; a tick is plain Python. Slew rates (CA_Rn_SLEW), tilting rotors and a matrix without a motor
+that failed are left out.
 """
 
 import math
@@ -157,7 +157,7 @@ class ControlAllocator:
 
 
 def saturation(motors: list[float]) -> tuple[int, ...]:
-    """actuator_saturation of all; who is not there has both ends at 0, and PX4 looks at the upper first."""
+    """actuator_saturation of all; who is not there has both ends at 0, and PX4 looks at the upper first. NaN is off."""
     found = [AT_UPPER_END] * ACTUATORS
     for index, motor in enumerate(motors[:ACTUATORS]):
         upper = motor > 1.0 - FLOAT_EPSILON

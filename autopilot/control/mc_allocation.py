@@ -2,7 +2,11 @@
 
 What PX4's control_allocator and its mixer library do around their maths (src/modules/control_allocator,
 src/lib/mixer_module, v1.18): the rotors of CA_ROTORn_*, the outputs of PWM_MAIN_FUNCn, actuators that are tried out,
-and motors that stop because a failure of theirs is injected.
+and motors that stop because a failure of theirs is injected, where CA_FAILURE_MODE handles failures. Such a motor stays
+in the allocation: the others get what they got before, and nobody knows what is missing.
+
+Left out: a motor that fails by itself and is taken out of the allocation. PX4 finds it by its controller's current,
+which SIH tells none of.
 """
 
 import math
@@ -15,13 +19,19 @@ from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAlloca
 from sitl_emu.autopilot.control.mixer import FIRST_MOTOR, PWM_DISARMED, direct_outputs, is_motor, is_servo
 from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.system.failure_injection import MOTOR, OFF
-from sitl_emu.autopilot.topics import ActuatorOutputs, ControlAllocatorStatus, DirectActuator, Topics, Vector3
+from sitl_emu.autopilot.topics import (
+    NAN,
+    NAN3,
+    ActuatorOutputs,
+    ControlAllocatorStatus,
+    DirectActuator,
+    Topics,
+    Vector3,
+)
 
 PWM_MIN: Final = 1000
 PWM_RANGE: Final = 1000
 """What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
-MOTORS: Final = 12
 OUTPUTS: Final = 16
 
 
@@ -32,8 +42,8 @@ class MulticopterAllocation:
         self._topics, self._parameters = topics, parameters
         self._tests = ActuatorTests(topics)
         self.group_test = ActuatorGroupTest(topics, parameters)
-        self._motors_off: frozenset[int] = frozenset()
-        self._failures = topics.failure_injection
+        self._stop_mask = 0
+        """Bit per motor that a failure stops; it stays while CA_FAILURE_MODE is 0."""
         self.refresh()
 
     def refresh(self) -> None:
@@ -48,31 +58,32 @@ class MulticopterAllocation:
         self._functions = functions[: len(self._channels)]
         self._straight = self._channels == list(range(count))
         self._peripherals = any(map(carried, self._functions))
-        self._note_failures()
+        self._handles_failures = int(parameters["CA_FAILURE_MODE"]) > 0
+        self._motors = count
+        self._note_motors_off()
         self._stopped = (0.0,) * len(self._channels)
         self._stopped_pwm = (PWM_DISARMED,) * len(self._channels)
 
-    def note_failures(self) -> None:
-        """Look whether other failures are injected."""
-        if self._topics.failure_injection is not self._failures:
-            self._note_failures()
+    def check_for_motor_failures(self) -> None:
+        """The failure detector tells which motors stop; without CA_FAILURE_MODE nobody listens."""
+        mask = self._topics.failure_detector_status.motor_stop_mask
+        if self._handles_failures and mask != self._stop_mask:
+            self._stop_mask = mask
+            self._note_motors_off()
 
-    def _note_failures(self) -> None:
-        """A motor that is off stops where CA_FAILURE_MODE handles failures; else PX4 loses its telemetry alone."""
-        self._failures = failures = self._topics.failure_injection
-        handled = int(self._parameters["CA_FAILURE_MODE"]) > 0
-        off = [n for n in range(MOTORS) if failures.type_of(MOTOR, n + 1) == OFF] if handled else []
-        self._motors_off = frozenset(off)
+    def _note_motors_off(self) -> None:
+        self._motors_off = [n for n in range(self._motors) if self._stop_mask >> n & 1]
+        self._outputs_off = [place for place, motor in enumerate(self._channels) if motor in self._motors_off]
 
     @property
     def unallocated(self) -> Vector3:
-        """Torque that the last call could not give."""
-        return self._allocator.unallocated
+        """Torque that the last call could not give; NaN while a motor is off."""
+        return NAN3 if self._motors_off else self._allocator.unallocated
 
     @property
     def unallocated_thrust(self) -> float:
-        """Thrust along body z that it could not give."""
-        return self._allocator.unallocated_thrust
+        """Thrust along body z that it could not give; NaN while a motor is off."""
+        return NAN if self._motors_off else self._allocator.unallocated_thrust
 
     @property
     def stopped(self) -> bool:
@@ -102,6 +113,8 @@ class MulticopterAllocation:
         pwm = topics.actuator_outputs.pwm
         if told:
             pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
+            if self._outputs_off:
+                pwm = tuple([PWM_DISARMED if n in self._outputs_off else pulse for n, pulse in enumerate(pwm)])
         if status_told:
             topics.control_allocator_status = self._status(now_us)
         topics.actuator_outputs = outputs = ActuatorOutputs(now_us, controls, pwm)
@@ -109,18 +122,18 @@ class MulticopterAllocation:
             topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
 
     def _status(self, now_us: int) -> ControlAllocatorStatus:
-        allocator = self._allocator
-        x, y, z = torque = allocator.unallocated
-        thrust = allocator.unallocated_thrust
+        x, y, z = torque = self.unallocated
+        thrust = self.unallocated_thrust
+        thrusts = [NAN if n in self._motors_off else value for n, value in enumerate(self._allocator.thrusts)]
         return ControlAllocatorStatus(
             now_us,
             torque,
-            (0.0, 0.0, thrust),
+            NAN3 if self._motors_off else (0.0, 0.0, thrust),
             x * x + y * y + z * z < ACHIEVED,
             thrust * thrust < ACHIEVED,
-            saturation(allocator.thrusts),
-            sum(1 << motor for motor in self._motors_off),
+            saturation(thrusts),
             0,
+            self._stop_mask,
             self.group_test.test is not None,
         )
 

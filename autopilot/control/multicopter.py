@@ -178,7 +178,7 @@ class MulticopterControl:
             self._refresh()
             self._hover.set_parameters(self._hover_parameters)
         topics = self._topics
-        self._allocation.note_failures()
+        self._allocation.check_for_motor_failures()
         status, landed = topics.vehicle_status, topics.vehicle_land_detected
         dt = max(0.002, min(0.04, (now_us - self._position_us) * 1e-6))
         self._position_us = now_us

@@ -155,3 +155,5 @@ class FailureDetectorStatus(NamedTuple):
     fd_imbalanced_prop: bool = False
     imbalanced_prop_metric: float = 0.0
     """m/s²: how much more it shakes sideways than up and down."""
+    motor_stop_mask: int = 0
+    """Bit per motor: off, as a failure that is injected."""

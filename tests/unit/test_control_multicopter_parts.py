@@ -31,6 +31,7 @@ from sitl_emu.autopilot.topics import (
     NAN3,
     ActuatorArmed,
     BatteryStatus,
+    FailureDetectorStatus,
     Quaternion,
     Topics,
     TrajectorySetpoint,
@@ -466,6 +467,25 @@ def test_of_an_empty_battery_more_thrust_and_torque_are_asked_where_mc_bat_scale
     topics.battery_status = BatteryStatus(connected=False)
     flown.fly(10)
     assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(factor * topics.vehicle_rates_setpoint.thrust_body[2])
+
+
+@pytest.mark.parametrize("handled", [0, 1])
+def test_a_motor_that_is_off_stands_still_where_ca_failure_mode_handles_it(handled: int) -> None:
+    """ControlAllocator::handle_stopped_motors: NaN, at the output the disarmed pulse, and in all that is told of it."""
+    flown = FlyingControl(CA_FAILURE_MODE=handled)
+    topics = flown.topics
+    topics.failure_detector_status = FailureDetectorStatus(motor_stop_mask=0b100)
+    flown.fly(51)
+    pulses = list(topics.actuator_outputs.pwm)
+    assert (pulses.pop(2) == 900) is bool(handled) and min(pulses) > 1000
+    assert (topics.actuator_outputs.controls[2] == 0.0) is bool(handled)
+    status = topics.control_allocator_status
+    assert (status.handled_motor_failure_mask, status.motor_stop_mask) == (0, 0b100 * handled)
+    assert status.torque_setpoint_achieved is not bool(handled)
+    assert math.isnan(status.unallocated_torque[0]) is math.isnan(status.unallocated_thrust[2]) is bool(handled)
+    topics.failure_detector_status = FailureDetectorStatus()
+    flown.fly(10)
+    assert min(topics.actuator_outputs.pwm) > 1000
 
 
 def test_takeoff_spools_up_waits_ramps_and_flies() -> None:
