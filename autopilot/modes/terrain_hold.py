@@ -1,7 +1,8 @@
 """Heights by sticks that follow the ground (MPC_ALT_MODE 1 and 2): PX4's FlightTaskManualAltitude (v1.18).
 
 1: the distance to the ground is held whenever the throttle is centred; 2: only while the vehicle stands, and its other
-sticks are centred. Without a distance to the bottom the height is held by the estimate, as with 0.
+sticks are centred. Without a distance to the bottom the height is held by the estimate, as with 0. None is held that is
+too low for the sensors on which the estimate rests (hagl_min).
 """
 
 import math
@@ -65,7 +66,7 @@ class TerrainHold:
         if math.isnan(self._height):
             if not stopped:
                 return NAN
-            self._height = height
+            self._height = max(height, local.hagl_min) if math.isfinite(local.hagl_min) else height
         return local.z - (self._height - height)
 
     def _decide(self, local: VehicleLocalPosition, held: float, height: float, stick_xy: float, stopped: bool) -> None:

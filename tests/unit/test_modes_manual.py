@@ -159,6 +159,23 @@ def test_sticks_climb_no_higher_than_the_estimate_sees(mode: NavState, highest: 
     assert -last.z == pytest.approx(highest, abs=0.5)
 
 
+@pytest.mark.parametrize(("least", "held"), [(math.inf, 3.0), (5.0, 5.0)])
+def test_over_ground_that_it_follows_no_height_is_held_that_is_too_low_for_its_sensors(
+    least: float, held: float
+) -> None:
+    """FlightTaskManualAltitude::_respectMinAltitude: hagl_min of the estimate, infinite where anything goes."""
+    follower = Follower(3.0, NavState.ALTCTL, MPC_ALT_MODE=1)
+
+    def tell() -> None:
+        local = follower.topics.vehicle_local_position
+        follower.topics.vehicle_local_position = local._replace(
+            dist_bottom=-local.z, dist_bottom_valid=True, hagl_min=least
+        )
+
+    move(follower)
+    assert -follower.fly(1.0, tell)[-1].setpoint.position[2] == pytest.approx(held, abs=0.1)
+
+
 @pytest.mark.parametrize(("measures_ground", "up"), [(False, 3.0), (True, 5.0)])
 def test_a_higher_limit_of_the_climb_counts_from_the_next_mode_on_or_over_ground_that_is_measured(
     measures_ground: bool, up: float
