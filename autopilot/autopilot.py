@@ -194,4 +194,3 @@ class Autopilot:
         """Save what waits to be saved; nothing else may be called afterwards."""
         self.logger.shut_down()
         self.parameter_storage.close()
-        self.mavlink.signing.save()

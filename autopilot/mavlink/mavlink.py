@@ -118,7 +118,7 @@ class Mavlink:
         for link in self.links:
             self._start_streams(link)
         self._intervals = message_interval.MessageInterval(self.stream)
-        self.signing = signing.Signing(self.links, topics, texts.say, self.system_id, root)
+        self.signing = signing.Signing(self.links, topics, texts.say, root)
         given = OutgoingCommands() if outgoing is None else outgoing
         services = self._services(topics, parameters, dataman, texts, modules, root, given)
         self._handlers: dict[int, list[Service]] = {}

@@ -60,10 +60,8 @@ class LinkSigning:
         self.timestamp = 0
 
     def use(self, key: SigningKey) -> None:
-        """Sign with a key from now on, or with none; with the key in use already the time does not go back."""
-        same = self.active and key.enabled and key.secret == self._secret
-        self.timestamp = max(self.timestamp, key.timestamp) if same else key.timestamp
-        self._secret = key.secret
+        """Sign with a key and from its time on, or with none; the same key again may turn the time back, as in PX4."""
+        self._secret, self.timestamp = key.secret, key.timestamp
         self.active = key.enabled
 
     def signed(self, frame: bytes) -> bytes:

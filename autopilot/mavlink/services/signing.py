@@ -1,9 +1,10 @@
 """Signing: SETUP_SIGNING gives, changes or takes away the key of all links, which outlives a restart.
 
-Source: https://mavlink.io/en/guide/message_signing.html and PX4 v1.18's docs/en/mavlink/message_signing.md: taken on
-any link, never while armed; once there is a key only with its signature, as a link drops what is not signed (see
-../signature.py). An all-zero key ends signing. The key lies in mavlink/mavlink-signing-key.bin, as in PX4: 32 bytes,
-and the timestamp in 8, little-endian. MAVLink wants the timestamp saved at least once a minute.
+Source: PX4 v1.18's docs/en/mavlink/message_signing.md and src/modules/mavlink (Mavlink::handle_message,
+mavlink_sign_control.cpp): taken on any link, whichever system it is for, never while armed; once there is a key only
+with its signature, as a link drops what is not signed (see ../signature.py). An all-zero key ends signing. The key lies
+in mavlink/mavlink-signing-key.bin: 32 bytes, and the timestamp that was given with it in 8, little-endian. MAVLink
+wants a newer timestamp saved now and then, which PX4 doesn't do: a restart goes back to the first.
 """
 
 from collections.abc import Callable
@@ -12,14 +13,12 @@ from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.autopilot.mavlink.signature import KEY_BYTES, NO_KEY, SigningKey
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 STAMP_BYTES: Final = 8
-SAVE_EVERY_US: Final = 60_000_000
 
 
 class SigningKeyFile:
@@ -57,28 +56,20 @@ class Signing:
     """Owner of the key; every link has its LinkSigning with it."""
 
     MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_SETUP_SIGNING})
-    HAS_TIMER = True
+    HAS_TIMER = False
 
     def __init__(
-        self,
-        links: tuple[Link, ...],
-        topics: Topics,
-        say: Callable[[Severity, str], None],
-        system_id: int,
-        root: Path | None,
+        self, links: tuple[Link, ...], topics: Topics, say: Callable[[Severity, str], None], root: Path | None
     ) -> None:
         """Begin with the key of the last flight."""
-        self._links, self._topics, self._say, self._system_id = links, topics, say, system_id
+        self._links, self._topics, self._say = links, topics, say
         self._file = SigningKeyFile(root)
         self._key = self._file.load()
-        self._save_us = SAVE_EVERY_US
         for link in links:
             link.signing.use(self._key)
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Change the key, and say so; nobody is told the key."""
-        if not is_for(message, self._system_id, broadcast=True):
-            return
         if self._topics.actuator_armed.armed:
             self._say(Severity.CRITICAL, "MAVLink signing: rejected while armed")
             return
@@ -86,22 +77,9 @@ class Signing:
         if key.enabled or self._key.enabled:
             for each in self._links:
                 each.signing.use(key)
-            self._key = key._replace(timestamp=max(each.signing.timestamp for each in self._links))
-            self._file.save(self._key)
+            self._key = key
+            self._file.save(key)
         self._say(Severity.INFO, "MAVLink signing key accepted" if key.enabled else "MAVLink signing disabled")
 
     def on_time(self, now_us: int) -> None:
-        """Save the time now and then, so that old messages stay old."""
-        if now_us < self._save_us:
-            return
-        self._save_us = now_us + SAVE_EVERY_US
-        self.save()
-
-    def save(self) -> None:
-        """Save how far the time of what was signed and believed has come."""
-        if not self._key.enabled:
-            return
-        timestamp = max(link.signing.timestamp for link in self._links)
-        if timestamp > self._key.timestamp:
-            self._key = self._key._replace(timestamp=timestamp)
-            self._file.save(self._key)
+        """Nothing is due."""
