@@ -115,6 +115,7 @@ class Mavlink:
         self._wires: list[Wire] = []
         self._all_links: tuple[Link, ...] = self.links
         self._streams: dict[str, Stream] = {}
+        self._analysing: list[Stream] = []
         for link in self.links:
             self._start_streams(link)
         self._intervals = message_interval.MessageInterval(self.stream)
@@ -199,6 +200,8 @@ class Mavlink:
                 found = self._streams[name] = Stream(name, self.context, self._encoder)
             except KeyError:
                 return None
+            if found.analyses:
+                self._analysing.append(found)
         return found
 
     def configure_stream(self, now_us: int, link: Link, name: str, hz: float) -> bool:
@@ -231,6 +234,8 @@ class Mavlink:
         self.context.refresh()
         for service in self._timed:
             service.on_time(now_us)
+        for stream in self._analysing:
+            stream.analyse()
         for wire in self._wires:
             wire.link.update_streams(now_us)
         if self._wires:

@@ -21,6 +21,9 @@ class Stream(Schedulable):
         self._since = getattr(module, "since", None)
         self._requested = getattr(module, "requested", None)
         self._per_link = bool(getattr(module, "PER_LINK", False))
+        self._analysis: Any = getattr(module, "Analysis", None)
+        self._analyses: dict[str, Any] = {}
+        """By the name of the link."""
         self._context = context
         self._made_us = -1
         self._payloads: tuple[bytes, ...] = ()
@@ -28,6 +31,8 @@ class Stream(Schedulable):
 
     def payloads(self, now_us: int, link: Link) -> tuple[bytes, ...]:
         """What to send on a link now; empty if nothing, or nothing new."""
+        if self._analysis is not None:
+            return (self.codec.pack(*self._fields(now_us, self._context, self._analysis_on(link))),)
         if self._per_link:
             return (self.codec.pack(*self._fields(now_us, self._context, link)),)
         if self._since is not None:
@@ -43,6 +48,25 @@ class Stream(Schedulable):
     def forget(self, link: Link) -> None:
         """What was sent on a link is no longer known: the stream was switched off there."""
         self._sent_stamps.pop(link.name, None)
+        self._analyses.pop(link.name, None)
+
+    @property
+    def analyses(self) -> bool:
+        """Its content is of all the time since its last message on a link."""
+        return self._analysis is not None
+
+    def analyse(self) -> None:
+        """Take what is new, for the links on which it was sent before."""
+        for analysis in self._analyses.values():
+            analysis.update()
+
+    def _analysis_on(self, link: Link) -> Any:
+        """The one of a link; the first begins with what there is now."""
+        found = self._analyses.get(link.name)
+        if found is None:
+            found = self._analyses[link.name] = self._analysis(self._context)
+            found.update()
+        return found
 
     def latest(self, now_us: int) -> tuple[bytes, ...]:
         """The message as it is now, new or not; empty if there is nothing to say."""

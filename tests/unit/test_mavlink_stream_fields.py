@@ -1,6 +1,7 @@
 """What the messages say of place, speed, wind and the vehicle's health, and where there is nothing to say."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -10,13 +11,16 @@ from sitl_emu.autopilot.topics import (
     GeofenceResult,
     HomePosition,
     LandingTargetPose,
+    MissionResult,
     ObstacleDistance,
     SensorBaro,
+    VehicleAirData,
     VehicleStatus,
+    VehicleThrustSetpoint,
     WindEstimate,
 )
 from sitl_emu.core import dialect as mavlink
-from tests.unit.mavlink_peer import ALT_M, Peer, command_long, only
+from tests.unit.mavlink_peer import ALT_M, GCS, ONBOARD, Peer, command_long, only
 
 REQUEST_MESSAGE = mavlink.MAV_CMD_REQUEST_MESSAGE
 
@@ -135,7 +139,7 @@ def test_high_latency_tells_all_in_one() -> None:
     assert (told.latitude, told.longitude, told.altitude) == (473977420, 85455940, 492)
     assert (told.type, told.autopilot, told.battery, told.wp_num) == (13, 12, 100, 65535)
     assert told.custom_mode == 4 | 3 << 8
-    assert told.groundspeed == round(0.5 * 5)
+    assert told.groundspeed == 3, "2.5, away from zero"
 
 
 def test_high_latency_tells_what_is_not_well() -> None:
@@ -173,6 +177,36 @@ def test_remote_identification() -> None:
     location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
     unknown = (location.direction, location.speed_horizontal, location.speed_vertical, location.latitude)
     assert unknown == (36100, 25500, 6300, 0)
+
+
+def test_high_latency_tells_of_all_the_time_since_its_last_message_on_the_link() -> None:
+    """MavlinkStreamHighLatency2::update_data: averages, the greatest climb and error, and changes of the mission."""
+    peer = Peer()
+    peer.now_us = 1_000_000
+    peer.fly()
+
+    def asked(link: int = GCS) -> Any:
+        return only(peer.send(command_long(REQUEST_MESSAGE, 235), link), "HIGH_LATENCY2")[0]
+
+    asked()
+    for speed, thrust in ((2.0, 0.3), (4.0, 0.5)):
+        peer.now_us += 4_000
+        peer.fly()
+        topics, now_us = peer.topics, peer.now_us
+        topics.vehicle_local_position = topics.vehicle_local_position._replace(vx=speed, vz=-speed)
+        topics.sensor_gps = topics.sensor_gps._replace(eph=3.0 / speed)
+        topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(now_us, (0.0, 0.0, -thrust))
+        topics.vehicle_status = VehicleStatus(timestamp=now_us, armed=True)
+        topics.vehicle_air_data = VehicleAirData(now_us, ambient_temperature=19.6)
+        topics.mission_result = MissionResult(now_us, seq_current=1, seq_total=3)
+        peer.mavlink.update(now_us)
+    told = asked()
+    assert (told.groundspeed, told.throttle, told.temperature_air) == (15, 40, 20)
+    assert (told.climb_rate, told.eph, told.wp_num) == (40, 15, 1)
+    again = asked()
+    assert (again.groundspeed, again.throttle, again.temperature_air, again.eph) == (0, 0, -128, 255)
+    assert again.wp_num == 65535
+    assert asked(ONBOARD).groundspeed == 20, "the first there: what is so now"
 
 
 def test_high_latency_of_a_vehicle_that_knows_nothing() -> None:

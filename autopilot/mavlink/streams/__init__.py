@@ -5,7 +5,9 @@ order (arrays flattened), a list of such tuples if it comes in parts, or None wh
 `stamp(now_us, context)`, if it is there, tells when the data last changed: then it is sent once per change, and a
 request for what has not changed since is denied. `since(context, number)`, for data that queues, is the newest number
 and the messages after `number`: each is sent once. A module with
-`PER_LINK = True` is handed the link as third argument, because its content differs per link. One with
+`PER_LINK = True` is handed the link as third argument, because its content differs per link. One with a class
+`Analysis(context)` is handed one of the link, whose `update()` has been called in every tick since the first message
+there: it gathers what the next one tells of the time between. One with
 `requested(now_us, context, param2)` answers REQUEST_MESSAGE by that: a list of messages, or None where there are none.
 """
 

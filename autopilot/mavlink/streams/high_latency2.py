@@ -1,16 +1,19 @@
 """HIGH_LATENCY2: the vehicle in one small message, for slow links (PX4: streams/HIGH_LATENCY2.hpp).
 
-On request: PX4's SITL has no link of the mode that streams it (MAVLINK_MODE_IRIDIUM).
+On request: PX4's SITL has no link of the mode that streams it (MAVLINK_MODE_IRIDIUM). Once it was asked for on a link,
+what is told of speeds, throttle, wind, temperature, charge and accuracy is of all the time since the last message
+there: averages, or the greatest. What brought nothing new since then is told as unknown, or 0.
 """
 
 import math
-from typing import Final
+from typing import Any, Final
 
 from sitl_emu.autopilot.commander.custom_mode import custom_mode_of
 from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.streams import Fields, vfr_hud
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import attitude
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2
 SPEED_SCALE: Final = 5.0
@@ -18,8 +21,10 @@ CLIMB_SCALE: Final = 10.0
 ERROR_SCALE: Final = 10.0
 HEADING_SCALE: Final = 0.5
 """Units of the message: 1/5 m/s, dm/s, dm, 2 degrees."""
-UNKNOWN_TEMPERATURE = UNUSED = -128
+UNKNOWN_TEMPERATURE: Final = -128
+UNUSED: Final = -128
 UINT8_MAX: Final = 255
+UNKNOWN_ITEM: Final = 65535
 INT16_MAX: Final = 32767
 LOW: Final = 1
 """battery_status.warning."""
@@ -33,49 +38,137 @@ FAILURES = (
 )
 """What is enabled and not healthy, and how it is told here."""
 
+MOST_VALUES: Final = 60 * 250
+"""So many an average takes alike, then the older ones fade: a minute of the loops of PX4's sender in lockstep."""
 
-def fields(now_us: int, context: Context) -> Fields:
-    """What is not known has the message's value for that. Accuracies are the receiver's, the climb has no sign, and the
-    target's height and distance are a fixed wing's alone (0), as in PX4.
+
+class Analyzer:
+    """PX4's SimpleAnalyzer: the average of what was added, or the greatest."""
+
+    def __init__(self, greatest: bool = False) -> None:
+        self._greatest = greatest
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self.result, self.count = 0.0, 0
+
+    def add(self, value: float) -> None:
+        """One more; an average of what is no number makes it begin anew."""
+        if not self._greatest:
+            self.result += (value - self.result) / (self.count + 1)
+        elif value > self.result:
+            self.result = value
+        self.count = min(self.count + 1, MOST_VALUES)
+        if not math.isfinite(self.result):
+            self.reset()
+
+    def scaled(self, scale: float, least: int, most: int, unknown: int = 0) -> int:
+        """The result in units of the message, held within the field; `unknown` where nothing was added."""
+        if not self.count:
+            return unknown
+        value = self.result * scale
+        return max(least, min(most, int(value + math.copysign(0.5, value))))
+
+
+class Analysis:
+    """What has come since the last message on a link."""
+
+    def __init__(self, context: Context) -> None:
+        self._topics = context.topics
+        self._seen: dict[str, Any] = {}
+        self.ground_speed, self.wind_speed, self.throttle = Analyzer(), Analyzer(), Analyzer()
+        self.temperature, self.remaining = Analyzer(), Analyzer()
+        self.climb, self.eph, self.epv = Analyzer(True), Analyzer(True), Analyzer(True)
+        self._mission: Any = None
+
+    def reset(self) -> None:
+        """A message was made."""
+        self._mission = self._topics.mission_result
+        for analyzer in (self.ground_speed, self.wind_speed, self.throttle, self.temperature):
+            analyzer.reset()
+        for analyzer in (self.remaining, self.climb, self.eph, self.epv):
+            analyzer.reset()
+
+    def mission_item(self) -> int:
+        """The current one, if anything has become of the mission since the last message."""
+        mission = self._topics.mission_result
+        return mission.seq_current if mission.seq_total and mission is not self._mission else UNKNOWN_ITEM
+
+    def update(self) -> None:
+        """Take what is new."""
+        topics = self._topics
+        if self._is_new("battery_status", topics.battery_status):
+            self.remaining.add(topics.battery_status.remaining)
+        if self._is_new("vehicle_local_position", topics.vehicle_local_position):
+            local = topics.vehicle_local_position
+            self.climb.add(abs(local.vz))
+            self.ground_speed.add(math.hypot(local.vx, local.vy))
+        if self._is_new("sensor_gps", topics.sensor_gps):
+            self.eph.add(topics.sensor_gps.eph)
+            self.epv.add(topics.sensor_gps.epv)
+        if self._is_new("vehicle_status", topics.vehicle_status):
+            self.throttle.add(-topics.vehicle_thrust_setpoint.xyz[2] if topics.vehicle_status.armed else 0.0)
+        if self._is_new("wind", topics.wind):
+            self.wind_speed.add(math.hypot(topics.wind.windspeed_north, topics.wind.windspeed_east))
+        if self._is_new("vehicle_air_data", topics.vehicle_air_data):
+            self.temperature.add(topics.vehicle_air_data.ambient_temperature)
+
+    def _is_new(self, topic: str, record: Any) -> bool:
+        if record.timestamp == 0 or self._seen.get(topic) is record:
+            return False
+        self._seen[topic] = record
+        return True
+
+
+def fields(now_us: int, context: Context, analysis: Analysis) -> Fields:
+    """Accuracies are the receiver's, the climb has no sign, and the target's height and distance are a fixed wing's
+    alone (0), as in PX4.
     """
     topics = context.topics
-    position, battery = topics.vehicle_global_position, topics.battery_status
-    hud = vfr_hud.fields(now_us, context)
-    ground_speed, climb, heading, throttle = (0.0, 0.0, 0, 0) if hud is None else (hud[1], hud[3], hud[4], hud[5])
-    target_yaw = attitude.heading(topics.vehicle_attitude_setpoint.q_d)
-    wind = topics.wind
-    wind_speed = math.hypot(wind.windspeed_north, wind.windspeed_east)
-    wind_heading = math.degrees(math.atan2(wind.windspeed_east, wind.windspeed_north)) % 360.0
-    items = topics.mission_result
-    return (
+    position, battery, wind = topics.vehicle_global_position, topics.battery_status, topics.wind
+    told = (
         now_us // 1000 & 0xFFFFFFFF,
-        _limited(position.lat * 1e7, -(1 << 31), (1 << 31) - 1),
-        _limited(position.lon * 1e7, -(1 << 31), (1 << 31) - 1),
+        truncated(position.lat * 1e7) if math.isfinite(position.lat) else 0,
+        truncated(position.lon * 1e7) if math.isfinite(position.lon) else 0,
         custom_mode_of(topics.vehicle_status.nav_state) >> MAIN_AND_SUB_SHIFT,
-        _limited(position.alt, -INT16_MAX, INT16_MAX),
+        _altitude(position.alt),
         0,
         0,
-        items.seq_current if items.seq_total else 65535,
+        analysis.mission_item(),
         _failure_flags(context),
         context.mav_type,
         mavlink.MAV_AUTOPILOT_PX4,
-        int(heading * HEADING_SCALE),
-        _limited(math.degrees(target_yaw) % 360.0 * HEADING_SCALE, 0, UINT8_MAX),
-        throttle,
+        _direction(attitude.heading(topics.vehicle_attitude.q)),
+        _direction(attitude.heading(topics.vehicle_attitude_setpoint.q_d)),
+        analysis.throttle.scaled(100.0, 0, UINT8_MAX),
         0,
         0,
-        _limited(ground_speed * SPEED_SCALE, 0, UINT8_MAX),
-        _limited(wind_speed * SPEED_SCALE, 0, UINT8_MAX),
-        _limited(wind_heading * HEADING_SCALE, 0, UINT8_MAX),
-        _limited(topics.sensor_gps.eph * ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
-        _limited(topics.sensor_gps.epv * ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
-        UNKNOWN_TEMPERATURE,
-        _limited(abs(climb) * CLIMB_SCALE, -128, 127),
-        _limited(battery.remaining * 100.0, 0, 100, -1) if battery.connected else -1,
+        analysis.ground_speed.scaled(SPEED_SCALE, 0, UINT8_MAX),
+        analysis.wind_speed.scaled(SPEED_SCALE, 0, UINT8_MAX),
+        _direction(math.atan2(wind.windspeed_east, wind.windspeed_north)),
+        analysis.eph.scaled(ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
+        analysis.epv.scaled(ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
+        analysis.temperature.scaled(1.0, -128, 127, UNKNOWN_TEMPERATURE),
+        analysis.climb.scaled(CLIMB_SCALE, -128, 127),
+        analysis.remaining.scaled(100.0, -128, 127) if battery.connected else -1,
         UNUSED,
         UNUSED,
         UNUSED,
     )
+    analysis.reset()
+    return told
+
+
+def _altitude(metres: float) -> int:
+    if not math.isfinite(metres):
+        return 0
+    return max(-INT16_MAX - 1, min(INT16_MAX, int(metres + math.copysign(0.5, metres))))
+
+
+def _direction(radians: float) -> int:
+    """In units of two degrees; 0 of what is no number."""
+    return int(math.degrees(radians) % 360.0 * HEADING_SCALE) if math.isfinite(radians) else 0
 
 
 def _failure_flags(context: Context) -> int:
@@ -97,8 +190,3 @@ def _failure_flags(context: Context) -> int:
     ):
         flags |= flag if is_so else 0
     return flags
-
-
-def _limited(value: float, lowest: int, highest: int, unknown: int = 0) -> int:
-    """Rounded and held within the field; `unknown` for what is not finite."""
-    return max(lowest, min(highest, round(value))) if math.isfinite(value) else unknown
