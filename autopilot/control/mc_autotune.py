@@ -105,7 +105,8 @@ class McAutotune:
         self._high, self._steps, self._longest, self._mean = False, 0, 0, 0.0
         self.rates: Vector3 | None = None
         """What is added to the rate setpoint; None while nothing is."""
-        self._energy, self._energy_us, self._power = 0.0, 0, 0.0
+        self._energy: Vector3 = (0.0, 0.0, 0.0)
+        self._energy_us, self._power = 0, 0.0
         self._before: dict[str, float] = {}
         self._commands_seen = 0
 
@@ -204,7 +205,7 @@ class McAutotune:
             self._before = {name: float(self._parameters[name]) for name in gains}
             self._save(gains)
             self._begin_signal()
-            self._energy, self._energy_us, self._power = 0.0, now_us, 0.0
+            self._energy, self._energy_us, self._power = (0.0, 0.0, 0.0), now_us, 0.0
             self._enter(now_us, State.TEST)
         else:
             self._enter(now_us, State.COMPLETE)
@@ -276,11 +277,12 @@ class McAutotune:
         return (signal if axis == 0 else 0.0, signal if axis == 1 else 0.0, signal if axis == 2 else 0.0)
 
     def _measure_power(self, now_us: int, torque: Vector3) -> None:
-        """Mean square of the torques over half a second (actuator_controls_status)."""
-        self._energy += sum(each * each for each in torque)
+        """Mean squares of the torques over half a second (actuator_controls_status), as the length of a vector."""
+        (ex, ey, ez), (x, y, z) = self._energy, torque
+        self._energy = (ex + x * x, ey + y * y, ez + z * z)
         if now_us - self._energy_us >= POWER_OVER_US:
-            self._power = self._energy * TICK_S / ((now_us - self._energy_us) * 1e-6)
-            self._energy, self._energy_us = 0.0, now_us
+            self._power = math.hypot(*self._energy) * TICK_S / ((now_us - self._energy_us) * 1e-6)
+            self._energy, self._energy_us = (0.0, 0.0, 0.0), now_us
 
 
 def _good(designed: tuple[PidGains, float]) -> bool:

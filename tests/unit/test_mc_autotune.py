@@ -6,7 +6,7 @@ import pytest
 
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.control.mc_autotune import McAutotune, State
-from sitl_emu.autopilot.control.system_identification import SystemIdentification, pid_gains
+from sitl_emu.autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import ManualControlSetpoint, Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -76,6 +76,23 @@ def test_sticks_and_another_mode_end_it() -> None:
     desk.topics.vehicle_status = desk.topics.vehicle_status._replace(nav_state=NavState.AUTO_LAND)
     desk.run(0.2)
     assert desk.autotune.state is State.FAIL
+
+
+@pytest.mark.parametrize(("torque", "state"), [(0.25, State.COMPLETE), (0.28, State.FAIL)])
+def test_gains_that_are_tried_out_may_not_take_much_of_the_motors(torque: float, state: State) -> None:
+    """0.1, as the length of the three mean squares of the torques (McAutotuneAttitudeControl::updateStateMachine)."""
+    desk = Desk(MC_AT_APPLY=2)
+    desk.ask()
+    desk.run(0.2)
+    desk.autotune._gains = [(PidGains(0.1, 1.0, 0.001), 4.0)] * 3
+    desk.autotune._enter(desk.now_us, State.VERIFICATION)
+    for _ in range(230):
+        desk.run(0.02)
+        for tick in range(5):
+            desk.autotune.on_torque(desk.now_us + tick * 4_000, (torque, -torque, 0.0), (0.0, 0.0, 0.0))
+        if desk.autotune.state in (State.COMPLETE, State.FAIL):
+            break
+    assert desk.autotune.state is state
 
 
 def test_without_the_module_the_answer_stays_the_same() -> None:
