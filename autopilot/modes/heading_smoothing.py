@@ -46,7 +46,7 @@ class HeadingSmoothing:
 
     def update(self, heading_setpoint: float, dt_s: float) -> None:
         """One step towards a heading, the short way round."""
-        smoothing = self._smoothing
-        smoothing.update_trajectory(dt_s)
-        heading = smoothing.velocity = wrap_pi(smoothing.velocity)
+        smoothing, heading = self._smoothing, self.heading
         smoothing.update_durations(heading + wrap_pi(heading_setpoint - heading))
+        smoothing.update_trajectory(dt_s)
+        smoothing.velocity = wrap_pi(smoothing.velocity)

@@ -188,6 +188,15 @@ def test_a_heading_turns_the_short_way_within_its_rate() -> None:
     assert math.degrees(fastest) == pytest.approx(math.sqrt(40.0 * 20.0), rel=0.03)
 
 
+def test_a_heading_begins_to_turn_in_the_step_in_which_it_is_asked_to() -> None:
+    """HeadingSmoothing::update plans, then steps (MPC_YAWRAUTO_ACC of 20 degrees/s²)."""
+    heading = HeadingSmoothing()
+    heading.set_limits(math.radians(60.0), math.radians(20.0))
+    heading.reset(0.0)
+    heading.update(1.0, DT)
+    assert heading.rate == pytest.approx(math.radians(20.0) * DT)
+
+
 def test_a_heading_that_jumps_with_the_estimate_turns_on_at_its_rate() -> None:
     """HeadingSmoothing::reset without a rate (FlightTaskAuto::_ekfResetHandlerHeading)."""
     heading = HeadingSmoothing()
