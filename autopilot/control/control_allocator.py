@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from sitl_emu.autopilot.topics import Vector3
 
 SMALL_FACTOR: Final = 1e-3
+WEAK_AUTHORITY: Final = 0.05
+"""An axis along which no motor does more is not controlled (update_effectiveness_matrix_if_needed)."""
 FARTHEST_M: Final = 1000.0
 """A rotor is nowhere farther out, whatever its parameters say."""
 YAW_MARGIN: Final = 0.15
@@ -61,6 +63,7 @@ def mixer(rotors: list[Rotor]) -> list[list[float]]:
         effectiveness[3:, index] = ct * axis
     if not len(rotors) or not np.isfinite(effectiveness).all():
         return [[0.0] * len(rotors)] * 4
+    effectiveness[(np.abs(effectiveness) <= WEAK_AUTHORITY).all(axis=1)] = 0.0
     mix = np.linalg.pinv(effectiveness)
     roll, pitch, yaw, thrust = mix[:, 0], mix[:, 1], mix[:, 2], mix[:, 5]
     scale = max(_root_mean_square(roll), _root_mean_square(pitch))
@@ -68,7 +71,7 @@ def mixer(rotors: list[Rotor]) -> list[list[float]]:
         roll / scale,
         pitch / scale,
         yaw / (float(np.max(yaw)) or 1.0),
-        thrust / (float(np.mean(np.abs(thrust))) or 1.0),
+        thrust / _mean_size(thrust),
     ]
     return [[float(value) if abs(value) >= SMALL_FACTOR else 0.0 for value in column] for column in columns]
 
@@ -76,6 +79,12 @@ def mixer(rotors: list[Rotor]) -> list[list[float]]:
 def _root_mean_square(column: NDArray[Any]) -> float:
     acting = np.count_nonzero(np.abs(column) > SMALL_FACTOR)
     return math.sqrt(float(column @ column) / (acting / 2.0)) if acting else 1.0
+
+
+def _mean_size(column: NDArray[Any]) -> float:
+    sizes = np.abs(column)
+    acting = sizes[sizes > FLOAT_EPSILON]
+    return float(np.mean(acting)) if len(acting) else 1.0
 
 
 def effects(rows: list[tuple[float, float, float, float]]) -> list[list[float]]:

@@ -96,6 +96,21 @@ def test_geometry_counts_without_its_unit() -> None:
         assert a == pytest.approx(b)
 
 
+@pytest.mark.parametrize(("km", "turns"), [(0.007, False), (0.008, True)])
+def test_an_axis_along_which_the_motors_do_next_to_nothing_is_not_controlled(km: float, turns: bool) -> None:
+    """ControlAllocator::update_effectiveness_matrix_if_needed: thrust coefficient times moment ratio up to 0.05."""
+    weak = [rotor._replace(km=math.copysign(km, rotor.km)) for rotor in HEXA]
+    allocator = ControlAllocator(weak, 0.0)
+    motors = allocator.allocate(0.0, 0.0, 0.1, -0.5)
+    assert (max(motors) - min(motors) > 0.01) is turns
+
+
+def test_a_rotor_that_gives_no_thrust_does_not_count() -> None:
+    """ActuatorEffectivenessRotors::addActuators, updateControlAllocationMatrixScale."""
+    *others, last = ControlAllocator([*HEXA, HEXA[0]._replace(ct=0.0)], 0.0).allocate(0.0, 0.0, 0.0, -0.5)
+    assert others == pytest.approx([0.5] * 6) and last == 0.0
+
+
 @given(roll=torque, pitch=torque, yaw=torque, thrust=st.floats(0.0, 1.0))
 def test_motors_stay_within_their_range(roll: float, pitch: float, yaw: float, thrust: float) -> None:
     for rotors in (QUAD, HEXA):
