@@ -4,8 +4,8 @@ PX4's control_allocator for CA_AIRFRAME 0 (src/modules/control_allocator, v1.18)
 (CA_ROTORn_*), pseudo-inverse, normalised as PX4 does, then sequential desaturation: thrust gives way first, then roll
 and pitch, and yaw keeps what is left. With MC_AIRMODE thrust may also get more, so that roll and pitch (1), and yaw as
 well (2), turn the vehicle at no throttle as they do in hover. THR_MDL_FAC turns thrust into motor signal. The matrix is
-worked out by numpy once; a tick is plain Python. Slew rates (CA_Rn_SLEW), tilting rotors and a matrix without a motor
-that failed are left out.
+worked out by numpy once; a tick is plain Python. A motor with CA_Rn_SLEW takes so many seconds from end to end. Tilting
+rotors and a matrix without a motor that failed are left out.
 """
 
 import math
@@ -99,8 +99,12 @@ class ControlAllocator:
     """`unallocated` is the torque (roll, pitch, yaw) that the last call could not give, `unallocated_thrust` the thrust
     along body z, and `thrusts` what it asked of each motor: 0..1."""
 
-    def __init__(self, rotors: list[Rotor], thrust_model_factor: float, air_mode: int = 0) -> None:
-        """`thrust_model_factor`: THR_MDL_FAC, share of the thrust that goes with the square of the signal."""
+    def __init__(
+        self, rotors: list[Rotor], thrust_model_factor: float, air_mode: int = 0, slew_s: tuple[float, ...] = ()
+    ) -> None:
+        """`thrust_model_factor`: THR_MDL_FAC, share of the thrust that goes with the square of the signal; `slew_s`:
+        CA_Rn_SLEW of each motor, 0 for as quick as it gets."""
+        self._slew_s = slew_s if any(each > FLOAT_EPSILON for each in slew_s) else ()
         self._air_mode = air_mode
         self._roll, self._pitch, self._yaw, self._thrust = mixer(rotors)
         self._rows = list(zip(self._roll, self._pitch, self._yaw, self._thrust, strict=True))
@@ -111,8 +115,8 @@ class ControlAllocator:
         self.unallocated_thrust = 0.0
         self.thrusts: list[float] = []
 
-    def allocate(self, roll: float, pitch: float, yaw: float, thrust_z: float) -> tuple[float, ...]:
-        """Motor signals 0..1 for torques and thrust along body z (negative is up)."""
+    def allocate(self, roll: float, pitch: float, yaw: float, thrust_z: float, dt_s: float = 0.0) -> tuple[float, ...]:
+        """Motor signals 0..1 for torques and thrust along body z (negative is up), `dt_s` after the last."""
         if not self._rows:
             return ()
         motors = [r * roll + p * pitch + y * yaw + t * thrust_z for r, p, y, t in self._rows]
@@ -124,6 +128,9 @@ class ControlAllocator:
             self._note_missing(motors, roll, pitch, yaw, thrust_z)
         else:
             self.unallocated, self.unallocated_thrust = NOTHING, 0.0
+        if self._slew_s:
+            motors = self._slewed(motors, dt_s)
+            self._note_missing(motors, roll, pitch, yaw, thrust_z)
         self.thrusts = motors
         factor = self._factor
         if factor == 1.0:
@@ -139,6 +146,21 @@ class ControlAllocator:
             return thrust
         shift = (1.0 - factor) / (2.0 * factor)
         return math.sqrt(max(0.0, shift * shift + thrust / factor)) - shift
+
+    def rest(self) -> None:
+        """No motor turns."""
+        self.thrusts = []
+
+    def _slewed(self, motors: list[float], dt_s: float) -> list[float]:
+        """As far towards `motors` as it goes in this time (applySlewRateLimit)."""
+        slewed = []
+        for index, motor in enumerate(motors):
+            slew_s = self._slew_s[index]
+            if slew_s > FLOAT_EPSILON:
+                before, step = self.thrusts[index] if self.thrusts else 0.0, dt_s / slew_s
+                motor = max(before - step, min(before + step, motor))
+            slewed.append(motor)
+        return slewed
 
     def _desaturated(self, level: list[float], yaw: float) -> list[float]:
         """`level`: motors without yaw (mixAirmodeDisabled, mixAirmodeRP, mixAirmodeRPY)."""

@@ -33,6 +33,9 @@ PWM_MIN: Final = 1000
 PWM_RANGE: Final = 1000
 """What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
 OUTPUTS: Final = 16
+LEAST_DT_S: Final = 0.0002
+MOST_DT_S: Final = 0.02
+"""ControlAllocator::Run takes no other time to have passed."""
 
 
 class MulticopterAllocation:
@@ -42,6 +45,8 @@ class MulticopterAllocation:
         self._topics, self._parameters = topics, parameters
         self._tests = ActuatorTests(topics)
         self.group_test = ActuatorGroupTest(topics, parameters)
+        self._allocator = ControlAllocator([], 0.0)
+        self._allocated_us = 0
         self._stop_mask = 0
         """Bit per motor that a failure stops; it stays while CA_FAILURE_MODE is 0."""
         self.refresh()
@@ -52,7 +57,12 @@ class MulticopterAllocation:
         count = max(0, min(MOST_ROTORS, int(parameters["CA_ROTOR_COUNT"])))
         fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
         rotors = [Rotor(*(float(parameters[f"CA_ROTOR{n}_{field}"]) for field in fields)) for n in range(count)]
-        self._allocator = ControlAllocator(rotors, float(parameters["THR_MDL_FAC"]), int(parameters["MC_AIRMODE"]))
+        slew_s = tuple(float(parameters[f"CA_R{n}_SLEW"]) for n in range(count))
+        factor, air_mode = float(parameters["THR_MDL_FAC"]), int(parameters["MC_AIRMODE"])
+        turning = self._allocator.thrusts
+        self._allocator = ControlAllocator(rotors, factor, air_mode, slew_s)
+        if len(turning) == count:
+            self._allocator.thrusts = turning
         functions = [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)]
         self._channels = output_channels(functions)
         self._functions = functions[: len(self._channels)]
@@ -102,7 +112,9 @@ class MulticopterAllocation:
         roll, pitch, yaw = torque
         if self.group_test.test is not None:
             roll, pitch, yaw, thrust = self.group_test.applied(roll, pitch, yaw, thrust)
-        motors = allocator.allocate(roll, pitch, yaw, thrust)
+        dt_s = max(LEAST_DT_S, min(MOST_DT_S, (now_us - self._allocated_us) * 1e-6))
+        self._allocated_us = now_us
+        motors = allocator.allocate(roll, pitch, yaw, thrust, dt_s)
         if not math.isfinite(sum(motors)):
             motors = tuple([value if math.isfinite(value) else 0.0 for value in motors])  # as PX4's mixer: off
         if self._motors_off:
@@ -154,6 +166,7 @@ class MulticopterAllocation:
 
     def stop(self, now_us: int) -> None:
         """All outputs to their disarmed values."""
+        self._allocator.rest()
         self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
 
 

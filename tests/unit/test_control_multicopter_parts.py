@@ -159,6 +159,27 @@ def test_a_motor_that_does_little_along_an_axis_brings_nobody_back_by_it() -> No
     assert desaturate([1.3, 0.5], [0.2, 1.0], 1.0) != [1.3, 0.5]
 
 
+def test_a_motor_with_a_slew_rate_takes_its_time() -> None:
+    """CA_Rn_SLEW, seconds from end to end (ControlAllocation::applySlewRateLimit); what it lacks is told."""
+    allocator = ControlAllocator(HEXA, 0.0, 0, (2.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    steps = [allocator.allocate(0.0, 0.0, 0.0, -0.5, 0.1)[:2] for _ in range(12)]
+    assert steps[0] == pytest.approx((0.05, 0.5)) and steps[3] == pytest.approx((0.2, 0.5))
+    assert steps[-1] == pytest.approx((0.5, 0.5)) and allocator.unallocated_thrust == 0.0
+    assert allocator.allocate(0.0, 0.0, 0.0, 0.0, 0.1)[0] == pytest.approx(0.45)
+    assert allocator.unallocated_thrust > 0.0
+    allocator.rest()
+    assert allocator.allocate(0.0, 0.0, 0.0, -0.5, 0.1)[0] == pytest.approx(0.05)
+
+
+def test_a_parameter_that_changes_in_flight_does_not_stop_motors_with_a_slew_rate() -> None:
+    flown = FlyingControl(CA_R0_SLEW=5.0)
+    flown.fly(1000)
+    before = flown.topics.actuator_outputs.controls
+    flown.parameters.set("MPC_TILTMAX_AIR", 40.0)
+    flown.fly(100)
+    assert before[0] > 0.3 and flown.topics.actuator_outputs.controls == pytest.approx(before, abs=0.02)
+
+
 def test_thrust_model_is_undone() -> None:
     for factor in (0.3, 1.0):
         signal = ControlAllocator(HEXA, factor).allocate(0.0, 0.0, 0.0, -0.4)[0]
