@@ -275,6 +275,14 @@ def test_motors_are_logged_as_the_allocator_asks_for_them(factor: float) -> None
     assert struct.unpack_from("<4f", packed, 16) == pytest.approx(asked, abs=1e-6)
 
 
+def test_a_motor_that_stands_still_while_others_turn_is_logged_as_no_number() -> None:
+    """As ControlAllocator::publish_actuator_controls has it; of a vehicle that stands, all are 0."""
+    row = control.actuators("actuator_motors", (101, 102), 101, (0,))
+    one_off = struct.unpack_from("<2f", row(ActuatorOutputs(7, (0.0, 0.5), (900, 1500))), 16)
+    assert math.isnan(one_off[0]) and one_off[1] == 0.5
+    assert struct.unpack_from("<2f", row(ActuatorOutputs(7, (0.0, 0.0), (900, 900))), 16) == (0.0, 0.0)
+
+
 def test_numbers_that_their_fields_cannot_hold_lose_no_record() -> None:
     whole = estimator.vehicle_attitude(VehicleAttitude(7, (1.0, 0.0, 0.0, 0.0)))
     packed = estimator.vehicle_attitude(VehicleAttitude(7, (1e300, 0.0, 0.0, 0.0)))

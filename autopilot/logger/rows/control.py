@@ -64,7 +64,8 @@ def vehicle_torque_setpoint(pack: Pack, record: VehicleTorqueSetpoint) -> bytes:
 def actuators(
     topic: str, functions: Sequence[int], first: int, tail: tuple[int, ...] = (), thrust_model_factor: float = 0.0
 ) -> Row:
-    """A row of the outputs that carry the functions from `first` on; NaN where there is none.
+    """A row of the outputs that carry the functions from `first` on; NaN where there is none, and of one that stands
+    still while others don't: it was told to, by that.
 
     `thrust_model_factor`: THR_MDL_FAC. PX4 logs what its allocator asks of a motor, and its outputs have the curve
     (FunctionMotors::updateValues in src/lib/mixer_module, v1.18); ours have it in `actuator_outputs`, so it is undone.
@@ -77,8 +78,13 @@ def actuators(
 
     @row(topic)
     def actuator_controls(pack: Pack, record: ActuatorOutputs) -> bytes:
-        controls = record.controls
+        controls, pulses = record.controls, record.pwm
         values = [controls[n] if 0 <= n < len(controls) else NAN for n in channels]
+        if UNUSED_PWM in pulses and not record.test_mode and any(pulse != UNUSED_PWM for pulse in pulses):
+            values = [
+                NAN if 0 <= n < len(pulses) and pulses[n] == UNUSED_PWM else value
+                for n, value in zip(channels, values, strict=True)
+            ]
         if thrust_model_factor:
             linear = 1.0 - thrust_model_factor
             values = [thrust_model_factor * value * abs(value) + linear * value for value in values]
