@@ -4,7 +4,7 @@ A rule names a condition, the action that a parameter asks for, and when the act
 selects among them. A mode that can no longer be flown is left at once; if that would be to a mode of sticks and these
 are lost, NAV_RCL_ACT says what follows.
 
-Left out: VTOL, wind, motor failures, position accuracy, GNSS redundancy, a height that the estimator allows.
+Left out: VTOL, motor failures, position accuracy, GNSS redundancy, a height that the estimator allows.
 """
 
 from collections.abc import Callable
@@ -44,6 +44,8 @@ LOW_BAT_CRITICAL = {1: Action.RTL, 2: Action.LAND, 3: Action.RTL}
 LOW_BAT_EMERGENCY = {1: Action.RTL, 2: Action.LAND, 3: Action.LAND}
 """COM_LOW_BAT_ACT; 0 only warns."""
 ONLY_WARN: Final = 0
+COM_WIND_MAX_ACT = GF_ACTION
+"""The same numbers, and the same way out: from HOLD the pilot takes over by choosing a mode."""
 COM_FLTT_LOW_ACT = {1: WARN, 3: RTL}
 OFFBOARD_LOSS_ACT = {
     1: Action.FALLBACK_ALTCTL,
@@ -190,6 +192,7 @@ class Failsafe:
             *self._links(user_mode, flags, armed=armed),
             ("mission_failure", flags.mission_failure and user_mode is NavState.AUTO_MISSION, Option(Action.RTL)),
             ("mission_control_lost", nobody_leads and flags.gcs_connection_lost, Option(Action.RTL)),
+            ("wind", flags.wind_limit_exceeded, COM_WIND_MAX_ACT.get(int(parameters["COM_WIND_MAX_ACT"]), WARN)),
             ("flight_time", flags.flight_time_limit_exceeded, Option(Action.RTL)),
             ("geofence", flags.geofence_breached, GF_ACTION.get(int(parameters["GF_ACTION"]), WARN)),
             self._caused(

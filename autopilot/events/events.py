@@ -54,6 +54,7 @@ LEVELS: dict[str, tuple[int | None, int]] = {
             "check_estimator_gnss_fusion_stopped",
             "check_estimator_gnss_fusion_started",
             "check_estimator_position_failure_imminent",
+            "check_high_wind_warning",
             "commander_kill_sw_engaged",
         ),
         (None, Severity.INFO),

@@ -40,6 +40,7 @@ from sitl_emu.autopilot.topics import (
     VehicleImuStatus,
     VehicleLocalPosition,
     VehicleStatus,
+    WindEstimate,
 )
 from sitl_emu.core import dialect as mavlink
 
@@ -97,6 +98,7 @@ FLAGS: dict[str, tuple[str, str, object, object]] = {
         VehicleStatus(takeoff_time=1),
         VehicleStatus(takeoff_time=0),
     ),
+    "wind": ("wind_limit_exceeded", "wind", WindEstimate(1, 6.0, -6.0), WindEstimate(1, 5.0, -5.0)),
 }
 """Check -> its flag, its topic, a bad and a good record of it."""
 
@@ -167,7 +169,7 @@ def test_a_fence_that_sends_home_needs_one() -> None:
 
 @pytest.mark.parametrize("name", [name for name in FLAGS if name != "gps"])
 def test_flags(name: str) -> None:
-    vehicle = ready(COM_FLT_TIME_MAX=1)
+    vehicle = ready(COM_FLT_TIME_MAX=1, COM_WIND_MAX=8, COM_WIND_MAX_ACT=2)
     flag, topic, bad, good = FLAGS[name]
     for record, expected in ((bad, True), (good, False)):
         setattr(vehicle.topics, topic, record)

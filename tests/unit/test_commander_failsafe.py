@@ -297,6 +297,15 @@ def test_a_finished_mission_that_nobody_leads_returns(
     assert failsafe.selected is action
 
 
+@pytest.mark.parametrize(
+    ("com_wind_max_act", "action"),
+    [(2, Action.HOLD), (3, Action.RTL), (4, Action.TERMINATE), (5, Action.LAND)],
+)
+def test_wind_above_its_limit(com_wind_max_act: int, action: Action) -> None:
+    flags = GOOD._replace(wind_limit_exceeded=True)
+    assert failsafe_action(flags, NavState.AUTO_MISSION, COM_WIND_MAX_ACT=com_wind_max_act)[0] is action
+
+
 def test_a_propeller_out_of_balance_is_warned_of() -> None:
     assert failsafe_action(GOOD._replace(fd_imbalanced_prop=True), NavState.AUTO_LOITER)[0] is Action.WARN
 

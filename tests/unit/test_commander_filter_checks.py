@@ -13,6 +13,7 @@ from sitl_emu.autopilot.topics import (
     HomePosition,
     ManualControlSetpoint,
     VehicleGlobalPosition,
+    WindEstimate,
 )
 
 from .navigation_fake import FakeVehicle
@@ -116,3 +117,33 @@ def test_a_global_position_and_a_home_may_be_wanted_for_arming() -> None:
     check(vehicle)
     assert vehicle.take_texts() == ["Preflight Fail: Global position estimate required"]
     assert not vehicle.topics.health_report.can_arm_mode_flags
+
+
+@pytest.mark.parametrize(
+    ("parameters", "mode", "told"),
+    [
+        ({"COM_WIND_WARN": 5.0}, NavState.AUTO_LOITER, [("check_high_wind_warning", 0x64)]),
+        ({"COM_WIND_WARN": 5.0}, NavState.AUTO_RTL, []),
+        ({"COM_WIND_WARN": 7.0}, NavState.AUTO_LOITER, []),
+        (
+            {"COM_WIND_WARN": 5.0, "COM_WIND_MAX": 6.0, "COM_WIND_MAX_ACT": 1},
+            NavState.AUTO_LOITER,
+            [("check_above_wind_limits_warning", 0x44)],
+        ),
+        ({"COM_WIND_MAX": 6.0}, NavState.AUTO_LOITER, []),
+    ],
+)
+def test_high_wind_is_told_at_once_and_every_minute(
+    parameters: dict[str, float], mode: NavState, told: list[tuple[str, int]]
+) -> None:
+    """PX4's windCheck: events alone, and nobody who comes home already is advised to."""
+    vehicle = ready(**parameters)
+    vehicle.topics.vehicle_status = vehicle.topics.vehicle_status._replace(nav_state=mode)
+    vehicle.topics.wind = WindEstimate(vehicle.now_us, 0.0, -6.5)
+    vehicle.events.recent.clear()
+    for later_s in (0, 59, 60, 61):
+        vehicle.commander._checks.update(vehicle.now_us + later_s * 1_000_000)
+        assert not vehicle.topics.failsafe_flags.wind_limit_exceeded
+    names = ("check_high_wind_warning", "check_above_wind_limits_warning", "check_wind_too_high")
+    heard = [(name, levels) for name in names for levels in levels_of(vehicle, name)]
+    assert heard == [each for each in told for _ in range(2)]

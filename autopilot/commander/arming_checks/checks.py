@@ -34,6 +34,7 @@ from sitl_emu.autopilot.commander.arming_checks import (
     rally_point,
     system,
     traffic_avoidance,
+    wind,
 )
 from sitl_emu.autopilot.commander.arming_checks.findings import (
     ABSOLUTE_PRESSURE,
@@ -98,6 +99,7 @@ def all_checks() -> tuple[Check, ...]:
         mode.check,
         system.check,
         battery.check,
+        wind.WindCheck().check,
         geofence.check,
         flight_time.FlightTimeCheck().check,
         failure_detector.check,
@@ -224,4 +226,7 @@ def settings_of(parameters: Parameters) -> Settings:
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
         com_cc_temp_warn=float(parameters["COM_CC_TEMP_WARN"]),
         rtl_type=int(parameters["RTL_TYPE"]),
+        com_wind_warn=float(parameters["COM_WIND_WARN"]),
+        com_wind_max=float(parameters["COM_WIND_MAX"]),
+        com_wind_max_act=int(parameters["COM_WIND_MAX_ACT"]),
     )

@@ -101,6 +101,9 @@ class Settings(NamedTuple):
     com_rc_in_mode: int
     com_cc_temp_warn: float
     rtl_type: int
+    com_wind_warn: float
+    com_wind_max: float
+    com_wind_max_act: int
 
 
 class Findings:
