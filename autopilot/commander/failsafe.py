@@ -4,7 +4,7 @@ A rule names a condition, the action that a parameter asks for, and when the act
 selects among them. A mode that can no longer be flown is left at once; if that would be to a mode of sticks and these
 are lost, NAV_RCL_ACT says what follows.
 
-Left out: VTOL, motor failures, position accuracy, GNSS redundancy, a height that the estimator allows.
+Left out: VTOL, motor failures, GNSS redundancy, a height that the estimator allows.
 """
 
 from collections.abc import Callable
@@ -46,6 +46,8 @@ LOW_BAT_EMERGENCY = {1: Action.RTL, 2: Action.LAND, 3: Action.LAND}
 ONLY_WARN: Final = 0
 COM_WIND_MAX_ACT = GF_ACTION
 """The same numbers, and the same way out: from HOLD the pilot takes over by choosing a mode."""
+COM_POS_LOW_ACT = {0: Action.NONE, 2: Action.HOLD, 3: Action.RTL, 4: Action.TERMINATE, 5: Action.LAND}
+"""It ends when the position is better, and only a mode takes over from it."""
 COM_FLTT_LOW_ACT = {1: WARN, 3: RTL}
 OFFBOARD_LOSS_ACT = {
     1: Action.FALLBACK_ALTCTL,
@@ -194,6 +196,7 @@ class Failsafe:
             ("mission_control_lost", nobody_leads and flags.gcs_connection_lost, Option(Action.RTL)),
             ("wind", flags.wind_limit_exceeded, COM_WIND_MAX_ACT.get(int(parameters["COM_WIND_MAX_ACT"]), WARN)),
             ("flight_time", flags.flight_time_limit_exceeded, Option(Action.RTL)),
+            self._position_accuracy(user_mode, flags),
             ("geofence", flags.geofence_breached, GF_ACTION.get(int(parameters["GF_ACTION"]), WARN)),
             self._caused(
                 "battery_low_remaining_time",
@@ -231,6 +234,12 @@ class Failsafe:
             ),
             self._caused("gcs_connection_lost", flags.gcs_connection_lost and not gcs_ignored, by_gcs),
         ]
+
+    def _position_accuracy(self, user_mode: NavState, flags: FailsafeFlags) -> Rule:
+        action = COM_POS_LOW_ACT.get(int(self._parameters["COM_POS_LOW_ACT"]), Action.WARN)
+        option = TERMINATE if action is Action.TERMINATE else Option(action, takeover=Takeover.BY_MODE)
+        watched = user_mode in (NavState.AUTO_MISSION, NavState.AUTO_LOITER)
+        return "position_accuracy", watched and flags.position_accuracy_low, option
 
     def _battery(self, warning: int) -> list[Rule]:
         """A battery that was low at arming already is only warned of."""

@@ -89,6 +89,7 @@ class FailsafeFlags(NamedTuple):
     global_position_invalid_relaxed: bool = True
     """There is none, however inexact."""
     battery_low_remaining_time: bool = False
+    position_accuracy_low: bool = False
 
 
 class HomePosition(NamedTuple):

@@ -297,6 +297,36 @@ def test_a_finished_mission_that_nobody_leads_returns(
     assert failsafe.selected is action
 
 
+def test_a_position_of_low_accuracy_returns_at_once_and_holds_again_when_it_is_better() -> None:
+    """COM_POS_LOW_EPH, below the 0.5 m that are flown with here; COM_POS_LOW_ACT is Return by default."""
+    vehicle = flying()
+    vehicle.parameters.set("COM_POS_LOW_EPH", 0.4)
+    vehicle.run(0.3)
+    assert vehicle.modes == ["AUTO_LOITER", "AUTO_RTL"]
+    assert vehicle.take_texts()[:2] == ["Position estimate has low accuracy", "Failsafe activated"]
+    vehicle.parameters.set("COM_POS_LOW_EPH", 0.6)
+    vehicle.run(0.3)
+    assert vehicle.modes[2:] == ["AUTO_LOITER"]
+
+
+@pytest.mark.parametrize(
+    ("mode", "com_pos_low_act", "action"),
+    [
+        (NavState.AUTO_MISSION, 0, Action.NONE),
+        (NavState.AUTO_MISSION, 1, Action.WARN),
+        (NavState.AUTO_LOITER, 2, Action.HOLD),
+        (NavState.AUTO_LOITER, 4, Action.TERMINATE),
+        (NavState.AUTO_LOITER, 5, Action.LAND),
+        (NavState.ORBIT, 5, Action.NONE),
+    ],
+)
+def test_low_position_accuracy_is_minded_in_missions_and_hold(
+    mode: NavState, com_pos_low_act: int, action: Action
+) -> None:
+    flags = GOOD._replace(position_accuracy_low=True)
+    assert failsafe_action(flags, mode, COM_POS_LOW_ACT=com_pos_low_act)[0] is action
+
+
 @pytest.mark.parametrize(
     ("com_wind_max_act", "action"),
     [(2, Action.HOLD), (3, Action.RTL), (4, Action.TERMINATE), (5, Action.LAND)],

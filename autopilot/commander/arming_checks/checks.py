@@ -226,6 +226,8 @@ def settings_of(parameters: Parameters) -> Settings:
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
         com_cc_temp_warn=float(parameters["COM_CC_TEMP_WARN"]),
         rtl_type=int(parameters["RTL_TYPE"]),
+        com_pos_low_eph_m=float(parameters["COM_POS_LOW_EPH"]),
+        com_pos_low_act=int(parameters["COM_POS_LOW_ACT"]),
         com_wind_warn=float(parameters["COM_WIND_WARN"]),
         com_wind_max=float(parameters["COM_WIND_MAX"]),
         com_wind_max_act=int(parameters["COM_WIND_MAX_ACT"]),

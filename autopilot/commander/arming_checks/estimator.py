@@ -1,7 +1,8 @@
 """What the estimator knows: attitude, height, local and global position (PX4's estimatorCheck).
 
 A position counts while it is fresh and its error stays below COM_POS_FS_EPH (negative: no limit), a velocity below
-COM_VEL_FS_EVH; what counted may be two and a half times as far off, and what did not has to be well for a second.
+COM_VEL_FS_EVH; what counted may be two and a half times as far off, and what did not has to be well for a second. One
+that counts, but may be further off than COM_POS_LOW_EPH (0 or less: no limit), is a failsafe of its own (failsafe.py).
 Before arming, what is measured has to agree with what is estimated: the filter's low-passed test ratios. Its complaints
 forbid the modes alone that need an attitude, and those about heading the modes that hold a place.
 """
@@ -40,6 +41,7 @@ HEADING_MODES: Final = (
 )
 MAG_STRENGTH_DENIES: Final = 1
 """COM_ARM_MAG_STR; 0 looks at nothing, 2 warns."""
+LOW_ACCURACY: Final = "check_estimator_low_position_accuracy"
 FAILURE_IMMINENT: Final = "check_estimator_position_failure_imminent"
 UNSTABLE = (
     ("pre_flt_fail_innov_heading", "heading_not_stable", "heading estimate invalid", HEADING_MODES),
@@ -108,6 +110,12 @@ class EstimatorCheck:
             now_us, valid=v_xy_valid, timestamp=local.timestamp, error=local.evh, limit=settings.com_vel_fs_evh_m_s
         )
         findings.local_altitude_invalid = not (local.z_valid and now_us <= local.timestamp + TIMEOUT_US)
+        if not (findings.global_position_invalid and findings.local_position_invalid):
+            findings.position_accuracy_low = 0.0 < settings.com_pos_low_eph_m < local.eph
+        if findings.position_accuracy_low and settings.com_pos_low_act and armed:
+            failure = ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.ERROR, LOW_ACCURACY
+            text = "Position estimate has low accuracy\t"
+            findings.arming_check_failure(*failure, text=text, said_as=Severity.WARNING)
 
     def _check_dead_reckoning(self, now_us: int, topics: Topics, limit_m: float, findings: Findings) -> None:
         """Told once: a position that nothing measures will not be one for long."""

@@ -101,6 +101,8 @@ class Settings(NamedTuple):
     com_rc_in_mode: int
     com_cc_temp_warn: float
     rtl_type: int
+    com_pos_low_eph_m: float
+    com_pos_low_act: int
     com_wind_warn: float
     com_wind_max: float
     com_wind_max_act: int
@@ -122,6 +124,7 @@ class Findings:
         self.manual_control_signal_lost = False
         self.gcs_connection_lost = False
         self.battery_warning = 0
+        self.position_accuracy_low = False
         self.battery_unhealthy = self.battery_low_remaining_time = False
         self.geofence_breached = False
         self.mission_failure = False
@@ -217,4 +220,5 @@ class Findings:
             self.local_position_invalid_relaxed,
             self.global_position_invalid_relaxed,
             self.battery_low_remaining_time,
+            self.position_accuracy_low,
         )
