@@ -106,7 +106,8 @@ class Arming:
         """Home is here, unless somebody has given one, or a mission is flown (COM_HOME_EN)."""
         topics = self._topics
         if self._parameters["COM_HOME_EN"] and not topics.home_position.manual_home and not self.mission_in_progress:
-            topics.home_position = home_position.at_vehicle(now_us, topics) or topics.home_position
+            gps_ctrl = int(self._parameters["EKF2_GPS_CTRL"])
+            topics.home_position = home_position.at_vehicle(now_us, topics, gps_ctrl) or topics.home_position
 
     @property
     def mission_in_progress(self) -> bool:

@@ -331,7 +331,7 @@ class CommandHandlers:
             return DENIED
         topics = self._topics
         if command.param1 > 0.5:
-            home = home_position.at_vehicle(now_us, topics)
+            home = home_position.at_vehicle(now_us, topics, int(self._parameters["EKF2_GPS_CTRL"]))
         elif all(map(math.isfinite, (command.param5, command.param6, command.param7))):
             roll, pitch, yaw = (math.radians(value) % (2.0 * math.pi) for value in command[2:5])
             home = home_position.at_place(now_us, topics, command.param5, command.param6, command.param7, yaw)

@@ -112,8 +112,6 @@ class Commander:
         self._nav_state_us = 0
         self._battery_warning = 0
         self._sticks_lost = True
-        self._reference_us = 0
-        """When the local frame was last placed anew."""
         self._links = LinkWatch(topics, parameters, say, send_event)
         self._failure_detector = FailureDetector(topics, parameters)
         self._checks_due_us = 0
@@ -189,19 +187,14 @@ class Commander:
             self._topics.home_position = home._replace(timestamp=now_us, yaw=home.yaw + local.delta_heading)
 
     def _follow_home(self, now_us: int) -> None:
-        topics = self._topics
-        if topics.vehicle_local_position.ref_timestamp != self._reference_us:
-            self._reference_us = topics.vehicle_local_position.ref_timestamp
-            topics.home_position = home_position.in_local_frame(topics)
-        home = topics.home_position
-        busy = self._arming.armed or self._arming.mission_in_progress
-        in_air = self._arming.armed and not topics.vehicle_land_detected.landed
-        if in_air and not home.valid and self._parameters["COM_HOME_IN_AIR"]:
-            self._arming.set_home(now_us)
-        if busy or home.manual_home or not self._parameters["COM_HOME_EN"]:
+        topics, landed = self._topics, self._topics.vehicle_land_detected.landed
+        if self._arming.mission_in_progress or not self._parameters["COM_HOME_EN"]:
             return
-        if not home.valid or home_position.moved_away(topics):
-            topics.home_position = home_position.at_vehicle(now_us, topics) or home
+        gps_ctrl = int(self._parameters["EKF2_GPS_CTRL"])
+        if self._arming.armed and not landed and self._parameters["COM_HOME_IN_AIR"]:
+            topics.home_position = home_position.in_air(now_us, topics, gps_ctrl) or topics.home_position
+        elif not self._arming.armed and landed and home_position.wants_setting(topics, gps_ctrl):
+            self._arming.set_home(now_us)
 
     def _arm_on_boot(self, now_us: int) -> None:
         """COM_ARM_ON_BOOT: as soon as all is well, and once."""

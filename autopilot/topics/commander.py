@@ -93,10 +93,11 @@ class FailsafeFlags(NamedTuple):
 
 
 class HomePosition(NamedTuple):
-    """Home; x, y, z in the local frame."""
+    """Home; x, y, z in the local frame, NaN where it has no place there."""
 
     timestamp: int = 0
     valid: bool = False
+    """On the globe."""
     lat: float = NAN
     lon: float = NAN
     alt: float = NAN
@@ -108,6 +109,11 @@ class HomePosition(NamedTuple):
     update_count: int = 0
     roll: float = 0.0
     pitch: float = 0.0
+
+    @property
+    def valid_lpos(self) -> bool:
+        """It has a place in the local frame."""
+        return self.x == self.x
 
 
 class ActuatorArmed(NamedTuple):

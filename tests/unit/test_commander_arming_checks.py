@@ -47,7 +47,7 @@ from sitl_emu.core import dialect as mavlink
 from .navigation_fake import FakeVehicle, item
 
 Spoil = Callable[[Topics], None]
-READY_US = 5_000_000
+READY_US = 7_000_000
 """All is well by then, and the round of events that said so is two seconds old."""
 NOT_CHECKS = {"__init__", "findings", "checks"}
 ONLY_WARN = {"logger", "companion_computer", "rally_point"}

@@ -4,11 +4,10 @@ import math
 
 import pytest
 
-from sitl_emu.autopilot.commander.home_position import in_local_frame
-from sitl_emu.autopilot.topics import HomePosition
+from sitl_emu.autopilot.topics import HomePosition, SensorGps, VehicleGlobalPosition
 from sitl_emu.core import dialect as mavlink
 
-from .navigation_fake import PLACE, FakeVehicle, item
+from .navigation_fake import FakeVehicle, item
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED = range(3)
 
@@ -82,13 +81,87 @@ def test_home_follows_nobody_who_is_about_to_fly_a_mission(vehicle: FakeVehicle)
     assert vehicle.topics.home_position.x == pytest.approx(20.0, abs=0.1)
 
 
-def test_home_stays_when_the_local_frame_moves(vehicle: FakeVehicle) -> None:
+@pytest.mark.parametrize(("risen_m", "follows"), [(1.2, False), (1.7, True)])
+def test_home_follows_a_vehicle_that_was_lifted(vehicle: FakeVehicle, risen_m: float, follows: bool) -> None:
+    """By 1.5 m, or twice what the height may be off (0.8 m here); PX4's hasMovedFromCurrentHomeLocation."""
+    vehicle.up = risen_m
+    vehicle.run(0.2)
+    assert (vehicle.topics.home_position.z == -risen_m) is follows
+
+
+def test_home_stays_where_it_was_when_the_local_frame_moves(vehicle: FakeVehicle) -> None:
+    """PX4 works out a home's x, y, z when it is set, and never again."""
+    vehicle.take_off(5.0)
     home, local = vehicle.topics.home_position, vehicle.topics.vehicle_local_position
-    lat, lon = PLACE.reproject(-100.0, 0.0)
-    vehicle.topics.vehicle_local_position = local._replace(ref_lat=lat, ref_lon=lon, ref_timestamp=vehicle.now_us)
-    moved = in_local_frame(vehicle.topics)
-    assert (moved.lat, moved.lon, moved.update_count) == (home.lat, home.lon, home.update_count)
-    assert abs(moved.x - home.x - 100.0) < 0.1
+    vehicle.topics.vehicle_local_position = local._replace(ref_lat=47.0, ref_timestamp=vehicle.now_us)
+    vehicle.commander.update(vehicle.now_us + 200_000)
+    assert vehicle.topics.home_position is home
+
+
+GOOD_GPS = SensorGps(1, 47.4, 8.5, 490.0, fix_type=3, eph=0.9, epv=1.8, s_variance_m_s=0.3)
+
+
+@pytest.mark.parametrize(
+    ("gps", "ekf2_gps_ctrl", "is_set"),
+    [
+        (GOOD_GPS, 7, True),
+        (GOOD_GPS, 1, False),
+        (GOOD_GPS._replace(fix_type=1), 7, False),
+        (GOOD_GPS._replace(eph=5.1), 7, False),
+        (GOOD_GPS._replace(epv=10.1), 7, False),
+        (GOOD_GPS._replace(s_variance_m_s=1.1), 7, False),
+    ],
+)
+def test_a_good_receiver_gives_a_home_before_the_filter_knows_a_place(
+    gps: SensorGps, ekf2_gps_ctrl: int, is_set: bool
+) -> None:
+    """PX4's HomePosition::update; it has no place in the local frame yet."""
+    vehicle = FakeVehicle(EKF2_GPS_CTRL=ekf2_gps_ctrl)
+    vehicle.topics.sensor_gps = gps
+    vehicle.commander.update(100_000)
+    vehicle.commander.update(200_000)
+    home = vehicle.topics.home_position
+    assert (home.valid, home.valid_lpos) == (is_set, False)
+    assert not is_set or (home.lat, home.lon, home.alt) == (47.4, 8.5, 490.0)
+    assert vehicle.topics.failsafe_flags.home_position_invalid is not is_set
+    vehicle.run(3.0)
+    assert vehicle.topics.home_position.valid and vehicle.topics.home_position.valid_lpos
+
+
+@pytest.mark.parametrize("com_home_in_air", [0, 1])
+def test_a_home_without_a_place_on_the_globe_gets_one_in_the_air(com_home_in_air: int) -> None:
+    """It is where the vehicle took off, not where it is (setInAirHomePosition)."""
+    vehicle = FakeVehicle(COM_HOME_IN_AIR=com_home_in_air)
+    vehicle.run(3.0)
+    vehicle.take_off(5.0)
+    home = vehicle.topics.home_position
+    vehicle.topics.home_position = home._replace(valid=False, lat=math.nan, lon=math.nan, alt=math.nan)
+    vehicle.north = 40.0
+    vehicle.run(0.2)
+    now = vehicle.topics.home_position
+    assert now.valid is bool(com_home_in_air) and (now.x, now.y, now.z) == (home.x, home.y, home.z)
+    assert not now.valid or (now.lat, now.lon) == pytest.approx((home.lat, home.lon), abs=1e-6)
+
+
+def test_a_home_without_a_place_in_the_local_frame_gets_one_in_the_air(vehicle: FakeVehicle) -> None:
+    vehicle.parameters.set("COM_HOME_IN_AIR", 1)
+    vehicle.take_off(5.0)
+    home = vehicle.topics.home_position
+    vehicle.topics.home_position = home._replace(x=math.nan, y=math.nan, z=math.nan)
+    vehicle.run(0.2)
+    now = vehicle.topics.home_position
+    assert (now.x, now.y, now.z) == pytest.approx((home.x, home.y, home.z), abs=0.01)
+    assert math.isnan(now.yaw)
+
+
+def test_a_place_in_the_local_frame_alone_is_half_a_home(vehicle: FakeVehicle) -> None:
+    """As by optical flow: nobody returns to it."""
+    vehicle.topics.home_position = HomePosition()
+    vehicle.topics.vehicle_global_position = VehicleGlobalPosition()
+    vehicle.commander.update(vehicle.now_us + 200_000)
+    home = vehicle.topics.home_position
+    assert not home.valid and home.valid_lpos
+    assert vehicle.topics.failsafe_flags.home_position_invalid
 
 
 def test_home_is_denied_without_a_place_and_where_the_parameter_forbids_it(vehicle: FakeVehicle) -> None:

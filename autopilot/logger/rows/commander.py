@@ -26,7 +26,7 @@ home_position = by_name(
     HomePosition,
     {"valid_alt": "valid", "valid_hpos": "valid"},
     ("valid_lpos",),
-    lambda record: (record.valid and record.x == record.x,),
+    lambda record: (record.valid_lpos,),
 )
 actuator_armed = by_name("actuator_armed", ActuatorArmed, {"timestamp": 0})
 failure_detector_status = by_name(
