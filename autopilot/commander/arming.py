@@ -71,6 +71,9 @@ class Arming:
         self.armed = False
         self.armed_us = 0
         self._disarmed_us: int | None = None
+        self._waiting: str | None = None
+        """Who wants to arm and waits for somebody's leave: one of REASONS."""
+        self._asked_again = False
         self.terminated = False
         self.arming_reason = 0
         self.disarming_reason = 0
@@ -84,15 +87,44 @@ class Arming:
             return TEMPORARILY_REJECTED
         in_grace = self._disarmed_us is not None and now_us - self._disarmed_us < REARMED_WITHIN_US
         if not forced and not (by == RC_SWITCH and in_grace):
-            refusal = self._refusal(now_us)
-            if refusal is not None:
-                self._say(Severity.CRITICAL, *refusal)
+            if not self._throttle_is_safe():
+                self._say(Severity.CRITICAL, *THROTTLE_REFUSAL)
                 return TEMPORARILY_REJECTED
-            leave = Leave.GIVEN if self._authorization is None else self._authorization.leave(now_us)
+            leave = self._ask_leave(now_us)
             if leave is Leave.AWAITED:
+                self._waiting, self._asked_again = by, False
                 return None
-            if leave is Leave.REFUSED:
-                return self._refuse()
+            return self._arm_if_healthy(now_us, by, leave)
+        return self._arm(now_us, by)
+
+    def settle(self, now_us: int) -> int | None:
+        """MAV_RESULT of an arming that waited for leave, once somebody has answered, or the time for that is over.
+
+        A refusal that is reported runs PX4's checks a second time, for their texts, and so asks once more.
+        """
+        if self._waiting is None or self._authorization is None or self._authorization.waits:
+            return None
+        by, leave = self._waiting, Leave.GIVEN if self._authorization.given else Leave.REFUSED
+        if leave is Leave.REFUSED and not self._asked_again:
+            self._asked_again = True
+            reported = self._checks.update(now_us, authorization_denied=True)
+            if reported and self._ask_leave(now_us) is Leave.AWAITED:
+                return None
+        self._waiting = None
+        return ACCEPTED if self.armed else self._arm_if_healthy(now_us, by, leave)
+
+    def _ask_leave(self, now_us: int) -> Leave:
+        """Whatever else is wrong (systemCheck)."""
+        return Leave.GIVEN if self._authorization is None else self._authorization.leave(now_us)
+
+    def _arm_if_healthy(self, now_us: int, by: str, leave: Leave) -> int:
+        self._checks.update(now_us, authorization_denied=leave is Leave.REFUSED)
+        if self._checks.can_arm(self._topics.vehicle_status.nav_state):
+            return self._arm(now_us, by)
+        self._say(Severity.CRITICAL, *HEALTH_REFUSAL)
+        return TEMPORARILY_REJECTED
+
+    def _arm(self, now_us: int, by: str) -> int:
         topics = self._topics
         self.armed = True
         self.armed_us = now_us
@@ -114,21 +146,6 @@ class Arming:
         """MISSION is flown, and has not ended."""
         topics = self._topics
         return topics.vehicle_status.nav_state is NavState.AUTO_MISSION and not topics.mission_result.finished
-
-    @property
-    def awaits_leave(self) -> bool:
-        """Somebody was asked whether it may be armed, and has not answered."""
-        return self._authorization is not None and self._authorization.waits
-
-    def arm_or_refuse(self, now_us: int) -> int:
-        """MAV_RESULT of arming once somebody has answered, or the time for that is over."""
-        given = self._authorization is None or self._authorization.given
-        result = self.arm(now_us) if given else None
-        return self._refuse() if result is None else result
-
-    def _refuse(self) -> int:
-        self._say(Severity.CRITICAL, *HEALTH_REFUSAL)
-        return TEMPORARILY_REJECTED
 
     def disarm_by_command(self, now_us: int, *, forced: bool, by: str = EXTERNAL_COMMAND) -> int:
         """MAV_RESULT of disarming; only `forced` disarms what flies."""
@@ -168,22 +185,15 @@ class Arming:
         self.terminated = True
         self._topics.actuator_armed = self._topics.actuator_armed._replace(armed=self.armed, termination=True)
 
-    def _refusal(self, now_us: int) -> tuple[str, str] | None:
-        """What to say, and the event."""
-        topics = self._topics
-        mode = topics.vehicle_status.nav_state
-        heard = not topics.failsafe_flags.manual_control_signal_lost
-        if (
-            heard
-            and mode in FLOWN_BY_STICKS
-            and not self._throttle_is_safe(mode, topics.manual_control_setpoint.throttle)
-        ):
-            return THROTTLE_REFUSAL
-        self._checks.update(now_us)
-        return None if self._checks.can_arm(mode) else HEALTH_REFUSAL
+    def _throttle_is_safe(self) -> bool:
+        """To stand, a stick that climbs is in its centre or below, and one that is the thrust at the bottom.
 
-    def _throttle_is_safe(self, mode: NavState, throttle: float) -> bool:
-        """To stand, a stick that climbs is in its centre or below, and one that is the thrust at the bottom."""
+        In modes that no stick flies, and without sticks, nobody asks.
+        """
+        topics = self._topics
+        mode, throttle = topics.vehicle_status.nav_state, topics.manual_control_setpoint.throttle
+        if topics.failsafe_flags.manual_control_signal_lost or mode not in FLOWN_BY_STICKS:
+            return True
         if self._traits.arms_with_centred_throttle:
             return abs(throttle) < THROTTLE_CENTRE
         return throttle < THROTTLE_LOW if mode in STICKS_TO_THRUST else throttle <= THROTTLE_CENTRE

@@ -204,11 +204,12 @@ class CommandHandlers:
 
     def arm_with_leave(self, now_us: int) -> None:
         """Carry out, or reject, an arming command that waited for somebody's leave."""
-        command = self._awaits_leave
-        if command is None or self._arming.awaits_leave:
+        result, command = self._arming.settle(now_us), self._awaits_leave
+        if result is None or command is None:
             return
         self._awaits_leave = None
-        result = self._arming.arm_or_refuse(now_us)
+        if result != ACCEPTED and command.command == mavlink.MAV_CMD_MISSION_START:
+            self._tell_refusal(now_us, NavState.AUTO_MISSION)
         answer_later(self._topics, command, CommandResult(result))
 
     def _run_prearm_checks(self, now_us: int, command: VehicleCommand) -> int:

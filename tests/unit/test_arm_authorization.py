@@ -9,7 +9,7 @@ from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 
-from .navigation_fake import FakeVehicle
+from .navigation_fake import FakeVehicle, item
 
 ARM_DISARM, REQUEST = 400, 3001
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, IN_PROGRESS = 0, 1, 2, 5
@@ -69,6 +69,34 @@ def test_leave_holds_for_its_time() -> None:
     assert len(vehicle.outgoing.waiting) == 2
 
 
+def test_who_asks_does_so_whatever_else_is_wrong() -> None:
+    """PX4's systemCheck is one of the checks; a throttle that is not safe is denied before."""
+    vehicle = Asker()
+    vehicle.battery = vehicle.battery._replace(warning=2)
+    vehicle.run(0.2)
+    vehicle.take_texts()
+    assert vehicle.command(ARM_DISARM, 1) is None
+    vehicle.answer(ACCEPTED, number=60)
+    assert vehicle.later() == [TEMPORARILY_REJECTED]
+    assert vehicle.take_texts() == ["Arm auth: Authorized for the next 60 seconds", REFUSAL]
+
+
+def test_a_pilot_and_a_mission_wait_for_leave_too() -> None:
+    vehicle = Asker()
+    vehicle.commander._arming.arm(vehicle.now_us, by="stick gesture")
+    vehicle.answer(ACCEPTED, number=60)
+    assert vehicle.armed and vehicle.later() == []
+    assert vehicle.take_texts()[1:] == ["Armed by stick gesture"]
+    vehicle = Asker()
+    vehicle.upload(item(22, 0, 0, 10), item(16, 20, 0, 10))
+    vehicle.run(3.0)
+    vehicle.take_texts()
+    assert vehicle.command(mavlink.MAV_CMD_MISSION_START) is None
+    vehicle.run(2.5)
+    assert vehicle.later() == [TEMPORARILY_REJECTED]
+    assert vehicle.take_texts()[-2:] == [REFUSAL, "Switching to Mission is currently not available"]
+
+
 @pytest.mark.parametrize(
     ("result", "reason", "said"),
     [
@@ -94,6 +122,22 @@ def test_nobody_answers() -> None:
     vehicle.run(1.2)
     assert vehicle.later() == [TEMPORARILY_REJECTED]
     assert vehicle.take_texts() == ["Arm auth: No response", REFUSAL]
+
+
+def test_a_refusal_that_is_reported_has_the_authorizer_asked_again() -> None:
+    """PX4's HealthAndArmingChecks::update runs the checks again for their texts, and that one asks; once each 2 s."""
+    vehicle = Asker()
+    vehicle.run(3.0)
+    vehicle.take_texts()
+    events: list[str] = []
+    vehicle.commander._checks._send_event = lambda event, *_: events.append(event)
+    vehicle.command(ARM_DISARM, 1)
+    vehicle.run(1.2)
+    assert vehicle.later() == [] and len(vehicle.outgoing.waiting) == 2
+    assert "check_system_arm_auth_failed" in events
+    vehicle.run(1.2)
+    assert vehicle.later() == [TEMPORARILY_REJECTED] and len(vehicle.outgoing.waiting) == 2
+    assert vehicle.take_texts() == ["Arm auth: No response", "Arm auth: No response", REFUSAL]
 
 
 def test_by_two_requests_the_first_is_rejected() -> None:

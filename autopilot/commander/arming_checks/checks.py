@@ -128,13 +128,17 @@ class HealthAndArmingChecks:
         self._checks = all_checks()
         self._ever_passed = False
 
-    def update(self, now_us: int, *, force_report: bool = False) -> None:
-        """Run every check; replaces topics failsafe_flags and health_report. `force_report` tells all of it anew."""
+    def update(self, now_us: int, *, force_report: bool = False, authorization_denied: bool = False) -> bool:
+        """Run every check; replaces topics failsafe_flags and health_report. Whether what was found has been told.
+
+        `force_report` tells all of it anew; `authorization_denied`: somebody wants to arm and has no leave.
+        """
         topics = self._topics
         if self._parameters.version != self._version:
             self._version = self._parameters.version
             self._settings = settings_of(self._parameters)
         findings = Findings()
+        findings.arm_authorization_denied = authorization_denied
         for check in self._checks:
             check(now_us, topics, self._settings, findings)
         flags = findings.flags()
@@ -157,11 +161,13 @@ class HealthAndArmingChecks:
         state = self._state_of(findings, can_run)
         self._unreported = self._unreported or state != self._state
         self._state, self._findings = state, findings
-        if force_report or (self._unreported and now_us - self._reported_us >= REPORT_INTERVAL_US):
-            self._report(now_us)
-            if self._ever_passed:
-                for text, severity in findings.texts.items():
-                    self._say(severity, text)
+        if not force_report and not (self._unreported and now_us - self._reported_us >= REPORT_INTERVAL_US):
+            return False
+        self._report(now_us)
+        if self._ever_passed:
+            for text, severity in findings.texts.items():
+                self._say(severity, text)
+        return True
 
     def report_what_waits(self, now_us: int) -> None:
         """Send the round of events that a recent one has held back."""

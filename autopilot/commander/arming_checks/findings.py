@@ -136,6 +136,8 @@ class Findings:
         self.remote_id_unhealthy = False
         self.fd_imbalanced_prop = False
         self.local_position_invalid_relaxed = self.global_position_invalid_relaxed = False
+        self.arm_authorization_denied = False
+        """Somebody wants to arm now, and has no leave (COM_ARM_AUTH_REQ)."""
         self.arming_forbidden = 0
         """Bit per NavState."""
         self.unhealthy = 0

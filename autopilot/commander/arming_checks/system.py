@@ -1,6 +1,7 @@
 """A flight that was terminated forbids arming until the next start, and so do killed motors (PX4's systemCheck).
 
-COM_ARM_WO_GPS 0 wants a global position and a home before arming.
+COM_ARM_WO_GPS 0 wants a global position and a home before arming. Somebody else's leave, which arming may need
+(COM_ARM_AUTH_REQ), is asked for by `arming.py`.
 """
 
 from typing import Final
@@ -17,8 +18,14 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     if topics.vehicle_status.termination or topics.actuator_armed.kill:
         text = "Preflight Fail: Flight termination active"
         findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.CRITICAL, EVENT, text=text)
-    if settings.com_arm_wo_gps or topics.vehicle_status.armed:
-        return
+    if not (settings.com_arm_wo_gps or topics.vehicle_status.armed):
+        _check_place(findings)
+    if findings.arm_authorization_denied:
+        event = "check_system_arm_auth_failed"
+        findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, event)
+
+
+def _check_place(findings: Findings) -> None:
     if findings.global_position_invalid:
         event, text = "check_system_no_global_pos", "Preflight Fail: Global position estimate required"
         findings.arming_check_failure(ALL_MODES, Component.SYSTEM, Severity.ERROR, event, text=text)
