@@ -60,6 +60,7 @@ RESET_ALL: Final = 4
 KEPT_COUNTERS = ("LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO", "COM_FLIGHT_UUID")
 SENSOR_CALIBRATION = ("CAL_ACC*", "CAL_GYRO*", "CAL_MAG*")
 REBOOT_OR_SHUTDOWN = (1, 2)
+SHUTDOWN: Final = 2.0
 SAFETY_SWITCH_STATES = (0, 1)
 """MAVLink's SAFETY_SWITCH_STATE."""
 MISSION_PLANNER: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
@@ -381,6 +382,10 @@ class CommandHandlers:
         if self._arming.armed or action not in REBOOT_OR_SHUTDOWN:
             return DENIED
         return self._pass_on(now_us, command)
+
+    def shut_down(self, now_us: int) -> None:
+        """As by PREFLIGHT_REBOOT_SHUTDOWN."""
+        self._pass_on(now_us, VehicleCommand(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, SHUTDOWN, *(0.0,) * 6))
 
     def _fixed_mag_cal_yaw(self, now_us: int, command: VehicleCommand) -> int:
         return self._calibration.fixed_mag_cal_yaw(now_us, command, armed=self._arming.armed)

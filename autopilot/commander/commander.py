@@ -40,6 +40,9 @@ CHECKS_INTERVAL_US: Final = 100_000
 STATUS_INTERVAL_US: Final = 500_000
 """Commander::run: vehicle_status is published at 2 Hz, and at once when something has changed."""
 BATTERY_EMERGENCY: Final = 3
+OFF_AFTER_US: Final = 60_000_000
+"""Commander::battery_status_check."""
+NEVER_US: Final = 1 << 62
 SAFETY_BREAKER: Final = 22027
 """CBRK_IO_SAFETY: the safety button is out of the way."""
 HOLD_NO_FAILSAFE: Final = 7
@@ -111,6 +114,8 @@ class Commander:
         self._nav_state = NavState.AUTO_LOITER
         self._nav_state_us = 0
         self._battery_warning = 0
+        self._off_us: int | None = None
+        """When an empty battery turns it off."""
         self._sticks_lost = True
         self._links = LinkWatch(topics, parameters, say, send_event)
         self._failure_detector = FailureDetector(topics, parameters)
@@ -131,6 +136,8 @@ class Commander:
 
         Last in a cycle of PX4, and one in each: what the command before has asked for is flown by then.
         """
+        if self._off_us is not None:
+            return None
         self._choose_nav_state(now_us)
         self._publish_vehicle_status(now_us)
         result = self._handlers.handle(now_us, command)
@@ -140,6 +147,11 @@ class Commander:
 
     def update(self, now_us: int) -> None:
         """At 50 Hz."""
+        if self._off_us is not None:
+            if now_us >= self._off_us:
+                self._off_us = NEVER_US
+                self._handlers.shut_down(now_us)
+            return
         self._turn_home(now_us)
         self._authorization.update(now_us)
         self._handlers.arm_with_leave(now_us)
@@ -148,7 +160,7 @@ class Commander:
             self._checks_due_us = now_us + CHECKS_INTERVAL_US
             self._checks.update(now_us)
             self._links.update(now_us)
-            self._tell_of_battery()
+            self._watch_battery(now_us)
             self._hold_without_sticks()
             self._follow_home(now_us)
             self._arm_on_boot(now_us)
@@ -160,12 +172,17 @@ class Commander:
         self._publish_vehicle_status(now_us)
         self._take_navigator_commands(now_us)
 
-    def _tell_of_battery(self) -> None:
-        flags = self._topics.failsafe_flags
-        if flags.battery_warning != self._battery_warning:
-            self._battery_warning = flags.battery_warning
-            if self._battery_warning >= BATTERY_EMERGENCY:
-                self._say(Severity.CRITICAL, "System does not support shutdown\t", "commander_low_bat_shutdown_failed")
+    def _watch_battery(self, now_us: int) -> None:
+        """An empty one turns off a vehicle that is not armed: nobody commands it any more; in a minute it is off."""
+        before, self._battery_warning = self._battery_warning, self._topics.failsafe_flags.battery_warning
+        if before == self._battery_warning or self._battery_warning != BATTERY_EMERGENCY:
+            return
+        if self._arming.armed:
+            self._say(Severity.CRITICAL, "System does not support shutdown\t", "commander_low_bat_shutdown_failed")
+            return
+        text = "Dangerously low battery! Shutting system down in 60 seconds\t"
+        self._say(Severity.CRITICAL, text, "commander_low_bat_shutdown")
+        self._off_us = now_us + OFF_AFTER_US
 
     def _hold_without_sticks(self) -> None:
         """NAV_RCL_ACT 7: where a mode of sticks loses them, HOLD is chosen, which is no failsafe."""

@@ -60,6 +60,7 @@ LEVELS: dict[str, tuple[int | None, int]] = {
         (None, Severity.INFO),
     ),
     "commander_gcs_lost": (Severity.WARNING, Severity.INFO),
+    "commander_low_bat_shutdown": (Severity.EMERGENCY, Severity.WARNING),
     "commander_low_bat_shutdown_failed": (Severity.EMERGENCY, Severity.ERROR),
     **dict.fromkeys(
         (

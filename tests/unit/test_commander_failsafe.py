@@ -455,3 +455,19 @@ def test_a_battery_that_was_low_when_it_was_armed_is_only_warned_of() -> None:
     vehicle.battery = vehicle.battery._replace(warning=3)
     vehicle.run(0.3)
     assert HOLD_TEXT in vehicle.take_texts()
+
+
+def test_an_empty_battery_turns_off_who_is_not_armed() -> None:
+    """PX4's Commander::battery_status_check asks for a shutdown in 60 s, and commands nothing until then."""
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    vehicle.battery = vehicle.battery._replace(warning=3)
+    vehicle.take_texts()
+    vehicle.run(0.2)
+    assert "Dangerously low battery! Shutting system down in 60 seconds" in vehicle.take_texts()
+    assert vehicle.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) is None
+    vehicle.run(58.0)
+    assert not now(vehicle.topics.vehicle_commands)
+    vehicle.run(5.0)
+    (record,) = vehicle.topics.vehicle_commands
+    assert (record.command.command, record.command.param1) == (mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 2.0)
