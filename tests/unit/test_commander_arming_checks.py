@@ -124,6 +124,22 @@ def test_every_check_stands_in_the_list_and_here() -> None:
     assert files - ONLY_WARN == FORBIDS.keys() | FLAGS.keys()
 
 
+def test_what_forbids_arming_is_told_in_px4s_order() -> None:
+    """Its list in HealthAndArmingChecks.hpp; a summary is before them, and another after."""
+    vehicle = ready(COM_PARACHUTE=2, COM_ARM_ODID=2, COM_ARM_TRAFF=2, NAV_DLL_ACT=2, COM_ARMABLE=0)
+    vehicle.topics.failure_detector_status = FailureDetectorStatus(fd_pitch=True)
+    vehicle.topics.battery_status = BatteryStatus(vehicle.now_us, True, warning=2)
+    vehicle.topics.gcs_heartbeats = GcsHeartbeats()
+    status = vehicle.topics.estimator_status
+    vehicle.topics.estimator_status = status._replace(pre_flt_fail_innov_heading=True, gps_check_fail_flags=1)
+    check(vehicle)
+    told = [failure.event for failure in vehicle.commander._checks._findings.failures]
+    order = ["armable_configuration", "estimator_heading_not_stable", "estimator_gps_fix_too_low"]
+    order += ["failure_detector_pitch", "open_drone_id_missing", "parachute_missing"]
+    order += ["battery_critical", "rc_dl_no_dllink", "traffic_avoidance_missing"]
+    assert [event for event in told if not event.startswith("check_modes")] == [f"check_{name}" for name in order]
+
+
 @pytest.mark.parametrize("name", FORBIDS)
 def test_forbids_arming(name: str) -> None:
     vehicle = ready()

@@ -55,12 +55,12 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         forbidden = ALL_MODES if critical or too_low else NO_MODE
         level, event, text = TOLD.get(warning, TOLD[WARNING_LOW])
         findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text, said_as=level)
+    _check_return(now_us, topics, findings, [battery.time_remaining_s for battery in connected])
     if now_us - min(battery.timestamp for battery in connected) > SILENT_US:
         findings.battery_unhealthy = True
         findings.unhealthy |= BATTERY
         text = "Preflight Fail: Battery unhealthy"
         findings.health_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, "check_battery_unhealthy", text=text)
-    _check_return(now_us, topics, findings, [battery.time_remaining_s for battery in connected])
 
 
 def _check_return(now_us: int, topics: Topics, findings: Findings, lasts_s: list[float]) -> None:

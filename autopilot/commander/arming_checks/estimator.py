@@ -82,11 +82,11 @@ class EstimatorCheck:
     def check(self, now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
         """Flags for what is not valid; an unknown attitude forbids arming."""
         status, armed = topics.estimator_status, topics.vehicle_status.armed
-        _check_attitude(now_us, topics, findings)
         if not armed:
             _check_innovations(status, findings)
             _check_mag_field(status, settings.com_arm_mag_str, findings)
         _check_flags(now_us, topics, findings)
+        _check_attitude(now_us, topics, findings)
         local, position = topics.vehicle_local_position, topics.vehicle_global_position
         limit_m = settings.com_pos_fs_eph_m if settings.com_pos_fs_eph_m >= 0.0 else INFINITE
         xy_valid, v_xy_valid = local.xy_valid, local.v_xy_valid
@@ -195,12 +195,12 @@ def _check_mag_field(status: EstimatorStatus, com_arm_mag_str: int, findings: Fi
 def _check_flags(now_us: int, topics: Topics, findings: Findings) -> None:
     """A compass that disagrees with everything else has to be calibrated, in flight as well; heading needs a source."""
     flags: EstimatorStatusFlags = topics.estimator_status_flags
+    if flags.cs_mag_fault:
+        failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.CRITICAL, "check_estimator_mag_fault")
+        findings.arming_check_failure(*failure, text="Compass needs calibration - Land now!")
     fresh = flags.timestamp > 0 and now_us - flags.timestamp < FLAGS_FRESH_US
     placed = topics.vehicle_local_position.xy_global
     if fresh and placed and not (topics.vehicle_status.armed or flags.cs_yaw_align):
         event, text = "check_estimator_heading_no_source", "Preflight Fail: no heading reference"
         heading = (HEADING_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.ERROR, event)
         findings.arming_check_failure(*heading, text=text)
-    if flags.cs_mag_fault:
-        failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.CRITICAL, "check_estimator_mag_fault")
-        findings.arming_check_failure(*failure, text="Compass needs calibration - Land now!")
