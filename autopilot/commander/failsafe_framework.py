@@ -67,6 +67,8 @@ Rule = tuple[str, bool, Option]
 """Its name, whether it fails, what it asks for."""
 CAUSE_GENERIC: Final = 0
 LEAST_HOLD_S: Final = 0.1
+ALL_SLOTS = frozenset(range(8))
+"""PX4 puts an action into the last free one, and tells of two alike the first's cause: often that of the later."""
 REFILL: Final = 4
 """A delay that was used grows again so many times as slowly."""
 NOT_DELAYED = frozenset((Action.NONE, Action.WARN, Action.HOLD, Action.DISARM, Action.TERMINATE))
@@ -119,10 +121,10 @@ class Situation(NamedTuple):
 class _Asked:
     """An action that is active."""
 
-    __slots__ = ("failing", "option")
+    __slots__ = ("failing", "option", "slot")
 
-    def __init__(self, option: Option) -> None:
-        self.option, self.failing = option, True
+    def __init__(self, option: Option, slot: int) -> None:
+        self.option, self.failing, self.slot = option, True, slot
 
 
 class _Selected(NamedTuple):
@@ -227,7 +229,7 @@ class FailsafeFramework:
             if holds and option.action is not Action.WARN and self._delay_us == 0:
                 self._delay_us = self._start_delay_us
             option = option._replace(takeover=Takeover.ALWAYS if holds else Takeover.BY_MODE)
-        self._active[name] = _Asked(option)
+        self._active[name] = _Asked(option, max(ALL_SLOTS - {one.slot for one in self._active.values()}, default=0))
         if option.action is not Action.NONE:
             self._pending = option.cause
         if option.action >= Action.HOLD:
@@ -254,7 +256,7 @@ class FailsafeFramework:
         if not armed:
             return _Selected(Action.NONE, user_mode=user_mode)
         action, cause, takeover = Action.NONE, CAUSE_GENERIC, Takeover.ALWAYS
-        for one in self._active.values():
+        for one in sorted(self._active.values(), key=_slot_of):
             if one.option.action is not Action.NONE:
                 takeover = max(takeover, one.option.takeover)
                 if one.option.action > action:
@@ -281,6 +283,10 @@ class FailsafeFramework:
         if (possible in avoided or delayed in avoided) and _runs(can_run, user_mode):
             possible, delayed = Action.WARN, Action.NONE
         return _Selected(possible, delayed, cause, user_mode, taken_over)
+
+
+def _slot_of(asked: _Asked) -> int:
+    return asked.slot
 
 
 def _runs(can_run: int, mode: NavState) -> bool:

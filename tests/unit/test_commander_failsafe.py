@@ -8,7 +8,7 @@ from sitl_emu.autopilot.commander.arming_checks.checks import settings_of
 from sitl_emu.autopilot.commander.arming_checks.findings import Findings
 from sitl_emu.autopilot.commander.arming_checks.flight_time import FlightTimeCheck
 from sitl_emu.autopilot.commander.failsafe import Failsafe
-from sitl_emu.autopilot.commander.failsafe_framework import Action
+from sitl_emu.autopilot.commander.failsafe_framework import Action, Notice
 from sitl_emu.autopilot.commander.mode_requirements import ALL_MODES, missing, runnable_modes
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.flight_mode import Need
@@ -362,6 +362,18 @@ def test_the_worst_action_wins() -> None:
     flags = GOOD._replace(geofence_breached=True, gcs_connection_lost=True)
     selected, _ = failsafe_action(flags, NavState.AUTO_LOITER, GF_ACTION=2, NAV_DLL_ACT=3)
     assert selected is Action.LAND
+
+
+def test_of_two_reasons_for_the_same_the_later_is_told_when_it_is_flown() -> None:
+    """PX4's checkFailsafe takes the last free slot, and getSelectedAction the first that asks for the worst."""
+    notices: list[Notice] = []
+    failsafe = Failsafe(Parameters(VehicleKind.MULTICOPTER, {"NAV_DLL_ACT": 2}), notices.append)
+    lost = GOOD._replace(manual_control_signal_lost=True)
+    for second, flags in enumerate((GOOD, lost, lost._replace(gcs_connection_lost=True), *(lost,) * 6)):
+        asked = {"armed": True, "user_mode": NavState.AUTO_LOITER, "mode_changes": 0}
+        failsafe.update(second * 1_000_000, flags=flags, **asked)  # type: ignore[arg-type]
+    told = [(Action.HOLD, 1), (Action.WARN, 2), (Action.RTL, 2)]
+    assert [(notice.action, notice.cause) for notice in notices] == told
 
 
 def test_link_loss_exceptions() -> None:
