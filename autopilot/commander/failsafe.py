@@ -208,6 +208,7 @@ class Failsafe:
             ("remote_id", flags.remote_id_unhealthy and armed and remote_id is not NOTHING, remote_id),
             *self._battery(flags.battery_warning),
             ("fd_critical_failure", flags.fd_critical_failure, self._on_critical_failure(now_us)),
+            ("fd_alt_loss", flags.fd_alt_loss, self._on_critical_failure(now_us)),
             ("fd_imbalanced_prop", flags.fd_imbalanced_prop, WARN),
             ("mode_fallback", fallback is not Action.NONE, Option(fallback, takeover=Takeover.ALWAYS)),
         ]

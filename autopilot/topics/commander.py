@@ -90,6 +90,7 @@ class FailsafeFlags(NamedTuple):
     """There is none, however inexact."""
     battery_low_remaining_time: bool = False
     position_accuracy_low: bool = False
+    fd_alt_loss: bool = False
 
 
 class HomePosition(NamedTuple):
@@ -154,11 +155,12 @@ class FailureInjection(NamedTuple):
 
 
 class FailureDetectorStatus(NamedTuple):
-    """uORB failure_detector_status: tilted too far for too long, or shaken as by a propeller out of balance."""
+    """uORB failure_detector_status: tilted or sunk too far for too long, or shaken as by an unbalanced propeller."""
 
     timestamp: int = 0
     fd_roll: bool = False
     fd_pitch: bool = False
+    fd_alt: bool = False
     fd_imbalanced_prop: bool = False
     imbalanced_prop_metric: float = 0.0
     """m/s²: how much more it shakes sideways than up and down."""

@@ -64,6 +64,7 @@ class FakeVehicle:
         self.euler = (0.0, 0.0, 0.0)
         self.turned = 0.0
         """Heading of the estimate."""
+        self.z_resets, self.delta_z = 0, 0.0
         self.gps = self.sensors = self.gcs = True
         self.gps_error_north = 0.0
         self.battery = BatteryStatus(connected=True, remaining=1.0)
@@ -173,6 +174,7 @@ class FakeVehicle:
         topics.vehicle_local_position = VehicleLocalPosition(
             now, now, known, True, known, True, self.north, self.east, -self.up,
             heading=self.turned, heading_good_for_control=self.heading_is_good,
+            z_reset_counter=self.z_resets, delta_z=self.delta_z,
             xy_global=True, z_global=True, ref_lat=HOME_LAT, ref_lon=HOME_LON, ref_alt=HOME_ALT, eph=0.5, epv=0.8,
         )  # fmt: skip
         topics.vehicle_global_position = VehicleGlobalPosition(

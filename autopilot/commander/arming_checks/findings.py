@@ -124,7 +124,7 @@ class Findings:
         self.manual_control_signal_lost = False
         self.gcs_connection_lost = False
         self.battery_warning = 0
-        self.position_accuracy_low = False
+        self.position_accuracy_low = self.fd_alt_loss = False
         self.battery_unhealthy = self.battery_low_remaining_time = False
         self.geofence_breached = False
         self.mission_failure = False
@@ -223,4 +223,5 @@ class Findings:
             self.global_position_invalid_relaxed,
             self.battery_low_remaining_time,
             self.position_accuracy_low,
+            self.fd_alt_loss,
         )
