@@ -17,7 +17,7 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.flight_mode import modes_where
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.system.failure_injection import MOTOR, OFF
-from sitl_emu.autopilot.topics import FailureDetectorStatus, Topics
+from sitl_emu.autopilot.topics import FailureDetectorStatus, FailureInjection, Topics
 from sitl_emu.autopilot.vehicle_kind import ROTARY_WING
 
 STATUS_EVERY_US: Final = 500_000
@@ -63,11 +63,8 @@ class FailureDetector:
         found = (fd_roll, fd_pitch, fd_alt, imbalanced)
         if found != status[1:5] or now_us - self._told_us >= STATUS_EVERY_US:
             self._told_us = now_us
-            topics.failure_detector_status = FailureDetectorStatus(now_us, *found, self._imbalance, self._motors_off())
-
-    def _motors_off(self) -> int:
-        failures = self._topics.failure_injection
-        return sum([1 << n for n in range(MOTORS) if failures.type_of(MOTOR, n + 1) == OFF])
+            stopped = _stopped_motors(topics.failure_injection)
+            topics.failure_detector_status = FailureDetectorStatus(now_us, *found, self._imbalance, stopped)
 
     def _sinks(self, *, watches: bool) -> bool:
         """It has lost more height than it may, below a setpoint that controls its height."""
@@ -109,3 +106,8 @@ class FailureDetector:
         if not beyond:
             self._good_us[which] = now_us
         return beyond and now_us - self._good_us[which] >= self._times_us[which]
+
+
+def _stopped_motors(failures: FailureInjection) -> int:
+    """Bit per motor."""
+    return sum(1 << n for n in range(MOTORS) if failures.type_of(MOTOR, n + 1) == OFF) if failures.entries else 0

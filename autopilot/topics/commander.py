@@ -165,4 +165,4 @@ class FailureDetectorStatus(NamedTuple):
     imbalanced_prop_metric: float = 0.0
     """m/s²: how much more it shakes sideways than up and down."""
     motor_stop_mask: int = 0
-    """Bit per motor: off, as a failure that is injected."""
+    """Bit per motor: a failure that is injected has stopped it."""

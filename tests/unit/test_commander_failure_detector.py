@@ -5,8 +5,8 @@ import math
 import pytest
 
 from sitl_emu.autopilot.constants import NavState
-from sitl_emu.autopilot.topics import VehicleLocalPositionSetpoint
-
+from sitl_emu.autopilot.system.failure_injection import MOTOR, OFF, STUCK
+from sitl_emu.autopilot.topics import FailureInjection, VehicleLocalPositionSetpoint
 from tests.typed import now
 
 from .navigation_fake import FakeVehicle
@@ -56,3 +56,11 @@ def test_a_loss_of_altitude_terminates_where_that_is_wanted() -> None:
     assert now(vehicle.mode) is NavState.AUTO_LOITER
     sink(vehicle, 1.0, 20.0, 3.0)
     assert vehicle.mode is NavState.TERMINATION
+
+
+def test_motors_that_were_stopped_stand_in_its_status() -> None:
+    """PX4's FailureInjector: the bits of failures that are OFF."""
+    vehicle = FakeVehicle()
+    vehicle.topics.failure_injection = FailureInjection(((MOTOR, OFF, 0b101), (MOTOR, STUCK, 0b010)))
+    vehicle.run(0.6)
+    assert vehicle.topics.failure_detector_status.motor_stop_mask == 0b101
