@@ -23,6 +23,7 @@ from sitl_emu.autopilot.commander.failsafe_framework import Action, Notice
 from sitl_emu.autopilot.commander.failure_detector import FailureDetector
 from sitl_emu.autopilot.commander.link_watch import LinkWatch
 from sitl_emu.autopilot.commander.pilot import Pilot
+from sitl_emu.autopilot.commander.throw_launch import ThrowLaunch
 from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
@@ -93,6 +94,7 @@ class Commander:
         )
         self._failsafe = Failsafe(parameters, self._on_failsafe, self._on_takeover)
         self._auto_disarm = AutoDisarm()
+        self._throw_launch = ThrowLaunch(topics, parameters, send_event)
         self.calibration = CalibrationWorker(topics, parameters, say)
         self._handlers = CommandHandlers(
             topics,
@@ -152,6 +154,7 @@ class Commander:
                 self._off_us = NEVER_US
                 self._handlers.shut_down(now_us)
             return
+        self._throw_launch.update(armed=self._arming.armed)
         self._turn_home(now_us)
         self._authorization.update(now_us)
         self._handlers.arm_with_leave(now_us)
@@ -268,7 +271,7 @@ class Commander:
             preflight_s=float(self._parameters["COM_DISARM_PRFLT"]),
             spoolup_s=float(self._parameters["COM_SPOOLUP_TIME"]),
         )
-        if reason is not None:
+        if reason is not None and not self._throw_launch.in_progress:
             self._arming.disarm(now_us, reason.value)
 
     def _choose_nav_state(self, now_us: int) -> None:
@@ -323,6 +326,7 @@ class Commander:
             self.calibration.remote_control,
             self._failsafe.taken_over,
             topics.actuator_armed.kill,
+            topics.actuator_armed.lockdown,
         )
         if told == self._published and now_us - topics.vehicle_status.timestamp < STATUS_INTERVAL_US:
             return
@@ -361,9 +365,10 @@ class Commander:
         told = self._topics.actuator_armed
         termination = self._nav_state is NavState.TERMINATION
         ready = self._arming.armed or self._checks.can_arm(self._nav_state)
-        prearmed = self._is_prearmed(now_us)
-        if termination is not told.termination or ready is not told.ready_to_arm or prearmed is not told.prearmed:
-            self._topics.actuator_armed = told._replace(termination=termination, ready_to_arm=ready, prearmed=prearmed)
+        prearmed, lockdown = self._is_prearmed(now_us), self._throw_launch.in_progress
+        new = told._replace(termination=termination, ready_to_arm=ready, prearmed=prearmed, lockdown=lockdown)
+        if new != told:
+            self._topics.actuator_armed = new
 
     def _is_prearmed(self, now_us: int) -> bool:
         """COM_PREARM_MODE: servos may move before arming, 1 by the safety button, 2 from a while after boot on."""
@@ -375,8 +380,9 @@ class Commander:
         return now_us > PREARMED_AFTER_US
 
     def _system_status(self, *, can_arm: bool) -> int:
-        """MAV_STATE as MavlinkStreamHeartbeat::send works it out; killed motors look like a terminated flight."""
-        if self._arming.terminated or self._topics.actuator_armed.kill:
+        """MAV_STATE as MavlinkStreamHeartbeat::send works it out; locked motors look like a terminated flight."""
+        actuators = self._topics.actuator_armed
+        if self._arming.terminated or actuators.kill or actuators.lockdown:
             return STATE_FLIGHT_TERMINATION
         if self._arming.armed:
             return STATE_CRITICAL if self._failsafe.in_failsafe else STATE_ACTIVE

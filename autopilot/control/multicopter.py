@@ -138,6 +138,7 @@ class MulticopterControl:
         self._thrust_hover = get("MPC_THR_HOVER")
         self._tilt_air, self._tilt_land = math.radians(get("MPC_TILTMAX_AIR")), math.radians(get("MPC_TILTMAX_LND"))
         self._land_speed = min(get("MPC_LAND_SPEED"), self._speed_down)
+        self._is_thrown = bool(get("COM_THROW_EN"))
         self._spoolup_time, self._ramp_time = get("COM_SPOOLUP_TIME"), get("MPC_TKO_RAMP_T")
         self._vehicle_states.refresh(self._parameters)
         self._hover_parameters = HoverThrustParameters(
@@ -191,7 +192,7 @@ class MulticopterControl:
         want_takeoff = topics.vehicle_constraints.want_takeoff and not by_sticks and not direct
         takeoff = self._takeoff
         takeoff.update_state(now_us, armed, landed.landed, want_takeoff, self._spoolup_time)
-        if armed and (by_sticks or direct):
+        if armed and (by_sticks or direct or self._is_thrown):
             takeoff.state = TakeoffState.FLIGHT
         flying = takeoff.state >= TakeoffState.FLIGHT
         if not direct and not by_sticks:
@@ -309,7 +310,7 @@ class MulticopterControl:
         if not 0.0 < dt < 0.02:
             dt = TICK_S
         actuators = topics.actuator_armed
-        if not actuators.armed or actuators.kill or topics.vehicle_status.termination:
+        if not actuators.armed or actuators.kill or actuators.lockdown or topics.vehicle_status.termination:
             if self._allocation.test_due:
                 self._allocation.test(now_us)
             else:

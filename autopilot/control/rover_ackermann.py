@@ -100,10 +100,10 @@ class RoverAckermannControl:
             self._was_armed = True
             direct = topics.offboard_setpoint.direct_actuator
             if status.nav_state is NavState.OFFBOARD and direct is not None:
-                self._obey(now_us, direct, locked=armed.kill)
+                self._obey(now_us, direct, locked=armed.kill or armed.lockdown)
                 return
             self._drive(now_us, status.nav_state, mode)
-            self._publish(now_us, locked=armed.kill)
+            self._publish(now_us, locked=armed.kill or armed.lockdown)
             return
         if self._was_armed:
             self._was_armed = False
