@@ -70,9 +70,7 @@ class Autopilot:
         self.texts = Texts()
         self.parameter_storage = ParameterStorage(self.parameters, root, self.texts.of("param"))
         self.parameter_storage.boot()
-        self.parameter_corrections = ParameterCorrections(
-            self.parameters, self.texts.of("ekf2"), traits, say_of_sticks=self.texts.of("manual_control")
-        )
+        self.parameter_corrections = ParameterCorrections(self.parameters, self.texts, traits)
         self.dataman = Dataman(root, self.texts.of("dataman"))
         shared = (self.topics, self.parameters)
         self.sensors = Sensors(*shared)

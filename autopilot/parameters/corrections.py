@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from sitl_emu.autopilot.constants import Severity
-from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters, Value
 from sitl_emu.autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
 from sitl_emu.autopilot.vehicle_kind import Traits
@@ -33,6 +33,8 @@ class Correction(NamedTuple):
     text: str = ""
     """What the ground is told of it, where it is."""
     event: str = ""
+    tells_value: bool = False
+    """The event has the value that was wrong."""
 
 
 def _land_detector_speed(parameters: Parameters) -> float:
@@ -82,6 +84,7 @@ EVERYWHERE = (
         True,
         text="EKF2_MAG_TYPE invalid, resetting to default",
         event="ekf2_mag_type_invalid",
+        tells_value=True,
     ),
     Correction("mavlink", "MAV_TYPE", _vehicle_type, False),
     Correction(
@@ -109,10 +112,9 @@ OF_MULTICOPTERS = (
 class ParameterCorrections:
     """The modules of one vehicle that correct parameters."""
 
-    def __init__(self, parameters: Parameters, say: Say, traits: Traits, *, say_of_sticks: Say | None = None) -> None:
-        """`say` tells what ekf2 tells the ground, `say_of_sticks` what manual_control does; others are silent."""
-        self._parameters = parameters
-        self._says = {"ekf2": say, "manual_control": say_of_sticks or say}
+    def __init__(self, parameters: Parameters, texts: Texts, traits: Traits) -> None:
+        """`texts`: where the modules tell the ground."""
+        self._parameters, self._texts = parameters, texts
         self._corrections = EVERYWHERE + (OF_MULTICOPTERS if traits.land_detector == "multicopter" else ())
         self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.notifications)
         self._correct()
@@ -130,6 +132,6 @@ class ParameterCorrections:
             if value == before:
                 continue
             if correction.text:
-                told = (float(before),) if correction.module == "ekf2" else ()
-                self._says[correction.module](Severity.CRITICAL, correction.text, correction.event, *told)
+                told = (float(before),) if correction.tells_value else ()
+                self._texts.say(Severity.CRITICAL, correction.text, correction.event, *told, module=correction.module)
             parameters.set(name, value, notify=correction.notifies)

@@ -2,6 +2,8 @@
 
 import pytest
 
+from sitl_emu.autopilot.events.events import layout, pack
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.parameters.corrections import ParameterCorrections
 from sitl_emu.autopilot.parameters.subscription_interval import SubscriptionInterval
@@ -27,7 +29,7 @@ SECOND_US = 1_000_000
 )
 def test_a_value_without_sense_is_set_right(name: str, value: float, corrected: float) -> None:
     parameters = Parameters(VehicleKind.MULTICOPTER, {"IMU_GYRO_RATEMAX": 800})
-    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, VehicleKind.MULTICOPTER.traits)
+    corrections = ParameterCorrections(parameters, Texts(), VehicleKind.MULTICOPTER.traits)
     parameters.set(name, value)
     corrections.update(SECOND_US)
     assert parameters[name] == corrected
@@ -35,9 +37,7 @@ def test_a_value_without_sense_is_set_right(name: str, value: float, corrected: 
 
 def test_the_sides_to_calibrate_are_told_under_their_old_name_too() -> None:
     parameters = Parameters(VehicleKind.ROVER_ACKERMANN)
-    corrections = ParameterCorrections(
-        parameters, lambda severity, text, *event: None, VehicleKind.ROVER_ACKERMANN.traits
-    )
+    corrections = ParameterCorrections(parameters, Texts(), VehicleKind.ROVER_ACKERMANN.traits)
     parameters.set("SENS_MAG_SIDES", 34)
     corrections.update(SECOND_US)
     assert parameters["CAL_MAG_SIDES"] == 34
@@ -45,25 +45,21 @@ def test_the_sides_to_calibrate_are_told_under_their_old_name_too() -> None:
 
 def test_a_rover_has_no_land_detector_that_would_correct_its_speed() -> None:
     parameters = Parameters(VehicleKind.ROVER_ACKERMANN)
-    corrections = ParameterCorrections(
-        parameters, lambda severity, text, *event: None, VehicleKind.ROVER_ACKERMANN.traits
-    )
+    corrections = ParameterCorrections(parameters, Texts(), VehicleKind.ROVER_ACKERMANN.traits)
     parameters.set("LNDMC_Z_VEL_MAX", 3.0)
     corrections.update(SECOND_US)
     assert parameters["LNDMC_Z_VEL_MAX"] == 3.0
 
 
 def test_ekf2_says_what_it_reset() -> None:
-    said: list[tuple[str, str, float]] = []
-    parameters = Parameters(VehicleKind.MULTICOPTER)
-    corrections = ParameterCorrections(
-        parameters,
-        lambda severity, text, event="", *values: said.append((text, event, values[0])),
-        VehicleKind.MULTICOPTER.traits,
-    )
+    texts, parameters = Texts(), Parameters(VehicleKind.MULTICOPTER)
+    corrections = ParameterCorrections(parameters, texts, VehicleKind.MULTICOPTER.traits)
     parameters.set("EKF2_MAG_TYPE", 3)
     corrections.update(SECOND_US)
-    assert said == [("EKF2_MAG_TYPE invalid, resetting to default", "ekf2_mag_type_invalid", 3.0)]
+    (said,), (event,) = texts.recent, texts.events.recent
+    assert (said.module, said.text) == ("ekf2", "EKF2_MAG_TYPE invalid, resetting to default")
+    event_id, formats = layout("ekf2_mag_type_invalid")
+    assert (event.id, event.arguments) == (event_id, pack(formats, (3.0,)))
 
 
 @pytest.mark.parametrize(
@@ -84,23 +80,22 @@ def test_sticks_arm_neither_beside_a_switch_nor_against_an_air_mode_with_yaw(
     kind: VehicleKind, wanted: dict[str, int], corrected: tuple[str, int], event: str | None
 ) -> None:
     """PX4's ManualControl::updateParams."""
-    told: list[str] = []
-    parameters = Parameters(kind)
-    corrections = ParameterCorrections(
-        parameters, lambda severity, text, event="", *values: told.append(event), kind.traits
-    )
+    texts, parameters = Texts(), Parameters(kind)
+    corrections = ParameterCorrections(parameters, texts, kind.traits)
     for name, value in wanted.items():
         parameters.set(name, value)
     corrections.update(SECOND_US)
     name, value = corrected
     assert parameters[name] == value
-    assert told == ([event] if event else [])
+    assert [(said.module, sent.id) for said, sent in zip(texts.recent, texts.events.recent, strict=True)] == (
+        [("manual_control", layout(event)[0])] if event else []
+    )
 
 
 def test_some_corrections_are_not_told() -> None:
     """param_set_no_notification: LNDMC_Z_VEL_MAX is told with the next change of another parameter."""
     parameters = Parameters(VehicleKind.MULTICOPTER)
-    corrections = ParameterCorrections(parameters, lambda severity, text, *event: None, VehicleKind.MULTICOPTER.traits)
+    corrections = ParameterCorrections(parameters, Texts(), VehicleKind.MULTICOPTER.traits)
     parameters.set("LNDMC_Z_VEL_MAX", 3.0)
     before = parameters.notifications
     corrections.update(SECOND_US)
