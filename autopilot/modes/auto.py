@@ -359,7 +359,7 @@ class Auto:
             return NAN
         if mode in (YAW_BY_TARGET, YAW_FIRST):
             to_n, to_e = self._current[0] - local.x, self._current[1] - local.y
-        elif mode in (YAW_BY_HOME, YAW_FROM_HOME) and home.valid:
+        elif mode in (YAW_BY_HOME, YAW_FROM_HOME) and home.valid_lpos:
             sign = 1.0 if mode == YAW_BY_HOME else -1.0
             to_n, to_e = sign * (home.x - local.x), sign * (home.y - local.y)
         if to_n * to_n + to_e * to_e > max(self._acceptance_m, LEAST_WAY_M) ** 2:

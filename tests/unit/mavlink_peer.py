@@ -120,6 +120,8 @@ class Peer:
             2.0,
             -3.0,
             vx=0.5,
+            xy_global=True,
+            z_global=True,
             ref_lat=LAT_DEG,
             ref_lon=LON_DEG,
             ref_alt=ALT_M,

@@ -122,6 +122,19 @@ def test_heights_without_a_home_are_above_the_origin() -> None:
     assert math.isnan(altitude.altitude_local)
 
 
+def test_a_home_without_a_place_in_the_local_frame_is_told_at_its_origin() -> None:
+    """As the receiver alone gives it; PX4's home_position_s begins with zeros."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.topics.home_position = HomePosition(1_000, True, 47.4, 8.5, ALT_M, yaw=0.0)
+    home = only(peer.send(command_long(REQUEST_MESSAGE, 242)), "HOME_POSITION")[0]
+    assert (home.latitude, home.x, home.y, home.z, list(home.q)) == (474_000_000, 0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0])
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 141)), "ALTITUDE")[0].altitude_relative == 3.0
+    location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
+    assert location.height == 3.0
+
+
 def test_a_receiver_that_does_not_tell_its_accuracy_is_shown_without() -> None:
     """Another simulator may send HIL_GPS with unknown DOP."""
     peer = Peer()

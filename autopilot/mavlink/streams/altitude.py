@@ -21,7 +21,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
         home = topics.home_position
         amsl_m = local.ref_alt - local.z if math.isfinite(local.ref_alt) else monotonic_m
         local_m = -local.z
-        relative_m = home.z - local.z if home.valid else local_m
+        relative_m = home.z - local.z if home.valid and home.valid_lpos else local_m
         if local.dist_bottom_valid:
             clearance_m = local.dist_bottom
             terrain_m = local_m - clearance_m

@@ -59,7 +59,8 @@ def fields(now_us: int, context: Context) -> Fields:
             altitude_m = float(rounded(gps.altitude_msl_m))
         time_s = (context.boot_unix_us + gps.timestamp) * 1e-6 % SECONDS_PER_HOUR
         time_accuracy = TIMESTAMP_ACCURACY_UNDER_1_S if age_us < 1_000_000 else 0
-    height_m = home.z - local.z if home.valid and local.z_valid else UNKNOWN_ALTITUDE
+    knows_height = home.valid and local.z_valid and local.z_global
+    height_m = local.ref_alt - local.z - home.alt if knows_height else UNKNOWN_ALTITUDE
     baro_m = topics.sensor_baro.baro_alt_m
     return (
         latitude,
