@@ -12,6 +12,7 @@ from sitl_emu.autopilot.commander.arming_checks.checks import all_checks
 from sitl_emu.autopilot.commander.arming_checks.findings import (
     GPS,
     LOGGING,
+    MAG,
     PREARM_CHECK,
     XY_POSITION_CONTROL,
     Findings,
@@ -466,6 +467,16 @@ def test_a_gps_that_falls_silent_is_healthy_but_no_longer_present_once_it_is_not
         check(vehicle)
         assert bool(vehicle.topics.health_report.present & GPS) is fused
     assert vehicle.topics.health_report.health & GPS
+
+
+def test_a_sensor_is_unhealthy_with_any_failure_of_it_and_then_wanted_whether_it_is_there_or_not() -> None:
+    """PX4's SYS_STATUS.hpp: not calibrated, or not used by the filter."""
+    vehicle = ready(CAL_MAG0_ID=0)
+    vehicle.topics.estimator_status = EstimatorStatus(vehicle.now_us, gps_check_fail_flags=1)
+    check(vehicle)
+    report = vehicle.topics.health_report
+    assert not report.health & MAG and report.present & report.enabled & MAG
+    assert not report.health & GPS and not report.present & GPS and report.enabled & GPS
 
 
 def test_a_poor_fix_and_a_lost_position_are_unhealthy() -> None:

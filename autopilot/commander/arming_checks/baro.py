@@ -2,13 +2,7 @@
 
 from typing import Final
 
-from sitl_emu.autopilot.commander.arming_checks.findings import (
-    ABSOLUTE_PRESSURE,
-    ALL_MODES,
-    Component,
-    Findings,
-    Settings,
-)
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
@@ -27,7 +21,6 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.health_present |= Component.ABSOLUTE_PRESSURE
     if now_us - timestamp <= TIMEOUT_US:
         return
-    findings.unhealthy |= ABSOLUTE_PRESSURE
     event, text = "check_baro_no_data", "Preflight Fail: No valid data from Baro 0"
     if not timestamp:
         event, text = "check_baro_missing", "Preflight Fail: barometer 0 missing"

@@ -10,7 +10,6 @@ from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks.findings import (
     ALL_MODES,
-    BATTERY,
     NO_MODE,
     Component,
     Findings,
@@ -51,14 +50,12 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     too_low = by_charge and min(battery.remaining for battery in connected) < settings.com_arm_bat_min
     critical = warning >= WARNING_CRITICAL and not by_charge
     if warning or too_low:
-        findings.unhealthy |= BATTERY
         forbidden = ALL_MODES if critical or too_low else NO_MODE
         level, event, text = TOLD.get(warning, TOLD[WARNING_LOW])
         findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text, said_as=level)
     _check_return(now_us, topics, findings, [battery.time_remaining_s for battery in connected])
     if now_us - min(battery.timestamp for battery in connected) > SILENT_US:
         findings.battery_unhealthy = True
-        findings.unhealthy |= BATTERY
         text = "Preflight Fail: Battery unhealthy"
         findings.health_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, "check_battery_unhealthy", text=text)
 

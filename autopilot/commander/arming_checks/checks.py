@@ -76,8 +76,21 @@ HEALTHY: Final = (
     PRESENT | GPS | DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER | LOGGING
 )
 """What is healthy until a check finds fault with it, also where it is not present."""
-BLAMED = ((Component.GPS, GPS), (Component.LOCAL_POSITION_ESTIMATE, XY_POSITION_CONTROL))
-"""Sensors that any failure of their component makes unhealthy (PX4's mavlink/streams/SYS_STATUS.hpp)."""
+BLAMED = (
+    (Component.GYRO, GYRO),
+    (Component.ACCEL, ACCEL),
+    (Component.MAGNETOMETER, MAG),
+    (Component.ABSOLUTE_PRESSURE, ABSOLUTE_PRESSURE),
+    (Component.GPS, GPS),
+    (Component.ATTITUDE_ESTIMATE, ATTITUDE_STABILIZATION | AHRS),
+    (Component.LOCAL_POSITION_ESTIMATE, XY_POSITION_CONTROL),
+    (Component.REMOTE_CONTROL, RC_RECEIVER),
+    (Component.BATTERY, BATTERY),
+)
+"""Sensors that any failure of their component makes unhealthy, and so enabled: they are wanted, there or not.
+
+PX4's mavlink/streams/SYS_STATUS.hpp.
+"""
 
 
 def all_checks() -> tuple[Check, ...]:
@@ -149,13 +162,14 @@ class HealthAndArmingChecks:
         if topics.vehicle_status.vehicle_kind.traits.motor_outputs_present:
             present |= MOTOR_OUTPUTS
         present |= sum(bit for component, bit in WHILE_FOUND if findings.health_present & component)
-        health = HEALTHY & ~findings.unhealthy & ~sum(bit for component, bit in BLAMED if findings.blamed & component)
+        unhealthy = sum(bits for component, bits in BLAMED if findings.blamed & component)
+        health = HEALTHY & ~unhealthy
         if can_arm >> nav_state & 1:
             health |= PREARM_CHECK
             self._ever_passed = True
         topics.failsafe_flags = flags
-        sticks = 0 if flags.manual_control_signal_lost else RC_RECEIVER
-        topics.health_report = HealthReport(now_us, present | sticks, present | RC_RECEIVER, health, can_arm, can_run)
+        present |= 0 if flags.manual_control_signal_lost else RC_RECEIVER
+        topics.health_report = HealthReport(now_us, present, present | unhealthy, health, can_arm, can_run)
         for notice in findings.notices:
             self._send_event(notice.event, notice.level, *notice.arguments)
         state = self._state_of(findings, can_run)

@@ -11,7 +11,6 @@ import math
 from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks.findings import (
-    AHRS,
     ALL_MODES,
     NO_MODE,
     Component,
@@ -137,7 +136,6 @@ def _check_attitude(now_us: int, topics: Topics, findings: Findings) -> None:
     attitude = topics.vehicle_attitude
     if not attitude.timestamp or now_us > attitude.timestamp + TIMEOUT_US:
         findings.attitude_invalid = True
-        findings.unhealthy |= AHRS
     if topics.estimator_status.timestamp:
         findings.health_present |= Component.LOCAL_POSITION_ESTIMATE
         _check_biases(now_us, topics.estimator_sensor_bias, findings)

@@ -140,8 +140,6 @@ class Findings:
         """Somebody wants to arm now, and has no leave (COM_ARM_AUTH_REQ)."""
         self.arming_forbidden = 0
         """Bit per NavState."""
-        self.unhealthy = 0
-        """Bits of MAV_SYS_STATUS_SENSOR that are not well."""
         self.texts: dict[str, Severity] = {}
         self.failures: list[Failure] = []
         self.notices: list[Notice] = []

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from sitl_emu.autopilot.commander.arming_checks.findings import ACCEL, ALL_MODES, GYRO, Component, Findings, Settings
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.system import failure_injection
 from sitl_emu.autopilot.topics import Topics
@@ -32,10 +32,8 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     gyro_off = failures.type_of(failure_injection.GYRO, 1) == failure_injection.OFF
     lacks = "no_data" if timestamp else "missing"
     if accel_off or not gyro_off:
-        findings.unhealthy |= ACCEL
         accel = (ALL_MODES, Component.ACCEL, Severity.ERROR, f"check_accel_{lacks}", 0)
         findings.health_failure(*accel, text="Preflight Fail: No valid data from Accel 0")
     if gyro_off or not accel_off:
-        findings.unhealthy |= GYRO
         gyro = (ALL_MODES, Component.GYRO, Severity.ERROR, f"check_gyro_{lacks}", 0)
         findings.health_failure(*gyro, text="Preflight Fail: No valid data from Gyro 0")

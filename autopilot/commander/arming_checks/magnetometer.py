@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, MAG, Component, Findings, Settings
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
@@ -21,7 +21,6 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     if timestamp:
         findings.health_present |= Component.MAGNETOMETER
     if now_us - timestamp > TIMEOUT_US:
-        findings.unhealthy |= MAG
         event, text = NO_DATA if timestamp else MISSING
         findings.health_failure(ALL_MODES, Component.MAGNETOMETER, Severity.ERROR, event, 0, text=text)
     elif "MAG" not in settings.calibrated:

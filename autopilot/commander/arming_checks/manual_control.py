@@ -5,7 +5,7 @@ Switches of a receiver that has fallen silent count as they were last (PX4's man
 
 from typing import Final
 
-from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, RC_RECEIVER, Component, Findings, Settings
+from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 
@@ -22,9 +22,7 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     sticks = topics.manual_control_setpoint
     lost = not sticks.valid or sticks.timestamp == 0 or now_us - sticks.timestamp > settings.com_rc_loss_us
     findings.manual_control_signal_lost = lost
-    if lost:
-        findings.unhealthy |= RC_RECEIVER
-    else:
+    if not lost:
         findings.health_present |= Component.REMOTE_CONTROL
     if topics.vehicle_status.armed:
         return
