@@ -4,7 +4,7 @@ A rule names a condition, the action that a parameter asks for, and when the act
 selects among them. A mode that can no longer be flown is left at once; if that would be to a mode of sticks and these
 are lost, NAV_RCL_ACT says what follows.
 
-Left out: VTOL, motor failures, GNSS redundancy, a height that the estimator allows.
+Left out: VTOL, motor failures, a height that the estimator allows.
 """
 
 from collections.abc import Callable
@@ -48,6 +48,7 @@ COM_WIND_MAX_ACT = GF_ACTION
 """The same numbers, and the same way out: from HOLD the pilot takes over by choosing a mode."""
 COM_POS_LOW_ACT = {0: Action.NONE, 2: Action.HOLD, 3: Action.RTL, 4: Action.TERMINATE, 5: Action.LAND}
 """It ends when the position is better, and only a mode takes over from it."""
+COM_GNSSLOSS_ACT = {1: RTL, 2: LAND, 3: TERMINATE}
 COM_FLTT_LOW_ACT = {1: WARN, 3: RTL}
 OFFBOARD_LOSS_ACT = {
     1: Action.FALLBACK_ALTCTL,
@@ -210,6 +211,7 @@ class Failsafe:
             ("fd_critical_failure", flags.fd_critical_failure, self._on_critical_failure(now_us)),
             ("fd_alt_loss", flags.fd_alt_loss, self._on_critical_failure(now_us)),
             ("fd_imbalanced_prop", flags.fd_imbalanced_prop, WARN),
+            ("gnss_lost", flags.gnss_lost, COM_GNSSLOSS_ACT.get(int(parameters["COM_GNSSLOSS_ACT"]), WARN)),
             ("mode_fallback", fallback is not Action.NONE, Option(fallback, takeover=Takeover.ALWAYS)),
         ]
 

@@ -91,6 +91,7 @@ class FailsafeFlags(NamedTuple):
     battery_low_remaining_time: bool = False
     position_accuracy_low: bool = False
     fd_alt_loss: bool = False
+    gnss_lost: bool = False
 
 
 class HomePosition(NamedTuple):

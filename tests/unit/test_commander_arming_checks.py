@@ -21,6 +21,7 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
+    DistanceSensorSample,
     EstimatorStatus,
     FailureDetectorStatus,
     FailureInjection,
@@ -66,6 +67,7 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "traffic_avoidance": ("gcs_heartbeats", GcsHeartbeats()),
     "system": ("vehicle_status", VehicleStatus(termination=True)),
     "arm_permission": ("", None),
+    "required_sensors": ("distance_sensor", DistanceSensorSample()),
 }
 """Check -> the topic that makes it forbid arming in every mode."""
 WANTS = {
@@ -73,6 +75,7 @@ WANTS = {
     "open_drone_id": ("COM_ARM_ODID", 2),
     "traffic_avoidance": ("COM_ARM_TRAFF", 2),
     "arm_permission": ("COM_ARMABLE", 0),
+    "required_sensors": ("SYS_HAS_NUM_DIST", 1),
 }
 """Check -> the parameter, and the value of it, that makes it forbid arming (2: error, or all modes)."""
 FLAGS: dict[str, tuple[str, str, object, object]] = {

@@ -32,6 +32,7 @@ from sitl_emu.autopilot.commander.arming_checks import (
     open_drone_id,
     parachute,
     rally_point,
+    required_sensors,
     system,
     traffic_avoidance,
     wind,
@@ -100,6 +101,7 @@ def all_checks() -> tuple[Check, ...]:
         arm_permission.check,
         baro.check,
         companion_computer.check,
+        required_sensors.check_sight,
         estimator.EstimatorCheck().check,
         gps.GpsCheck().check,
         failure_detector.check,
@@ -120,6 +122,7 @@ def all_checks() -> tuple[Check, ...]:
         flight_time.FlightTimeCheck().check,
         gcs_connection.check,
         traffic_avoidance.check,
+        required_sensors.check_receivers,
     )
 
 
@@ -251,4 +254,8 @@ def settings_of(parameters: Parameters) -> Settings:
         com_wind_warn=float(parameters["COM_WIND_WARN"]),
         com_wind_max=float(parameters["COM_WIND_MAX"]),
         com_wind_max_act=int(parameters["COM_WIND_MAX_ACT"]),
+        com_gnssloss_act=int(parameters["COM_GNSSLOSS_ACT"]),
+        sys_has_num_dist=int(parameters["SYS_HAS_NUM_DIST"]),
+        sys_has_num_gnss=int(parameters["SYS_HAS_NUM_GNSS"]),
+        sys_has_num_of=int(parameters["SYS_HAS_NUM_OF"]),
     )

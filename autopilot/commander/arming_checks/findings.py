@@ -36,6 +36,8 @@ class Component(IntEnum):
 
     ABSOLUTE_PRESSURE = 1 << 1
     GPS = 1 << 3
+    OPTICAL_FLOW = 1 << 4
+    DISTANCE_SENSOR = 1 << 6
     REMOTE_CONTROL = 1 << 7
     MOTORS_ESCS = 1 << 8
     LOGGING = 1 << 10
@@ -106,6 +108,10 @@ class Settings(NamedTuple):
     com_wind_warn: float
     com_wind_max: float
     com_wind_max_act: int
+    com_gnssloss_act: int
+    sys_has_num_dist: int
+    sys_has_num_gnss: int
+    sys_has_num_of: int
 
 
 class Findings:
@@ -124,7 +130,7 @@ class Findings:
         self.manual_control_signal_lost = False
         self.gcs_connection_lost = False
         self.battery_warning = 0
-        self.position_accuracy_low = self.fd_alt_loss = False
+        self.position_accuracy_low = self.fd_alt_loss = self.gnss_lost = False
         self.battery_unhealthy = self.battery_low_remaining_time = False
         self.geofence_breached = False
         self.mission_failure = False
@@ -222,4 +228,5 @@ class Findings:
             self.battery_low_remaining_time,
             self.position_accuracy_low,
             self.fd_alt_loss,
+            self.gnss_lost,
         )

@@ -1,0 +1,86 @@
+"""Sensors of which a number has to be there, before arming and in flight."""
+
+from typing import Any
+
+import pytest
+
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.topics import DistanceSensorSample, SensorGps, VehicleOpticalFlow
+
+from .navigation_fake import FakeVehicle
+from .test_commander_arming_checks import check, ready
+from .test_commander_failsafe import flying
+
+OLD_US, NEW_US = 5_000_000, 7_000_000
+
+
+def failures(vehicle: FakeVehicle) -> list[tuple[str, tuple[float, ...]]]:
+    check(vehicle)
+    found = vehicle.commander._checks._findings.failures
+    return [(each.event, each.arguments) for each in found if "sensor" in each.event or "gnss" in each.event]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "topics", "expected"),
+    [
+        ({}, {}, []),
+        ({"SYS_HAS_NUM_DIST": 1}, {}, [("check_distance_sensor_missing", (0,))]),
+        (
+            {"SYS_HAS_NUM_DIST": 2},
+            {"distance_sensor_outside": DistanceSensorSample(OLD_US)},
+            [("check_distance_sensor_invalid", (0,)), ("check_distance_sensor_missing", (1,))],
+        ),
+        ({"SYS_HAS_NUM_DIST": 1}, {"distance_sensor": DistanceSensorSample(NEW_US)}, []),
+        ({"SYS_HAS_NUM_OF": 1}, {}, [("check_optical_sensor_missing", ())]),
+        (
+            {"SYS_HAS_NUM_OF": 1},
+            {"vehicle_optical_flow": VehicleOpticalFlow(OLD_US)},
+            [("check_optical_flow_sensor_invalid", ())],
+        ),
+        ({"SYS_HAS_NUM_OF": 1}, {"vehicle_optical_flow": VehicleOpticalFlow(NEW_US)}, []),
+        ({"SYS_HAS_NUM_GNSS": 1}, {"sensor_gps": SensorGps(NEW_US, fix_type=3)}, []),
+        (
+            {"SYS_HAS_NUM_GNSS": 1},
+            {"sensor_gps": SensorGps(NEW_US, fix_type=2)},
+            [("check_gnss_receiver_no_fix", (0,))],
+        ),
+        (
+            {"SYS_HAS_NUM_GNSS": 1},
+            {"sensor_gps": SensorGps(OLD_US, fix_type=3)},
+            [("check_gnss_receiver_offline", (0,))],
+        ),
+        (
+            {"SYS_HAS_NUM_GNSS": 2},
+            {"sensor_gps": SensorGps(NEW_US, fix_type=3)},
+            [("check_gnss_receiver_offline", (1,))],
+        ),
+    ],
+)
+def test_what_is_not_there_is_told(
+    parameters: dict[str, float], topics: dict[str, Any], expected: list[tuple[str, tuple[float, ...]]]
+) -> None:
+    vehicle = ready(**parameters)
+    for name, record in topics.items():
+        setattr(vehicle.topics, name, record)
+    assert failures(vehicle) == expected
+
+
+@pytest.mark.parametrize(("com_gnssloss_act", "may_arm"), [(0, True), (1, False)])
+def test_a_receiver_that_is_missing_forbids_arming_where_its_loss_would_end_the_flight(
+    com_gnssloss_act: int, may_arm: bool
+) -> None:
+    vehicle = ready(SYS_HAS_NUM_GNSS=2, COM_GNSSLOSS_ACT=com_gnssloss_act)
+    check(vehicle)
+    assert bool(vehicle.topics.health_report.can_arm_mode_flags) is may_arm
+
+
+@pytest.mark.parametrize(
+    ("com_gnssloss_act", "mode"),
+    [(0, NavState.AUTO_LOITER), (1, NavState.AUTO_RTL), (2, NavState.AUTO_LAND), (3, NavState.TERMINATION)],
+)
+def test_a_receiver_that_is_lost_in_flight(com_gnssloss_act: int, mode: NavState) -> None:
+    """COM_GNSSLOSS_ACT; the filter goes on without it here."""
+    vehicle = flying(COM_GNSSLOSS_ACT=com_gnssloss_act)
+    vehicle.parameters.set("SYS_HAS_NUM_GNSS", 2)
+    vehicle.run(6.0)
+    assert vehicle.mode is mode
