@@ -68,6 +68,7 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "system": ("vehicle_status", VehicleStatus(termination=True)),
     "arm_permission": ("", None),
     "required_sensors": ("distance_sensor", DistanceSensorSample()),
+    "rc_calibration": ("", None),
 }
 """Check -> the topic that makes it forbid arming in every mode."""
 WANTS = {
@@ -76,6 +77,7 @@ WANTS = {
     "traffic_avoidance": ("COM_ARM_TRAFF", 2),
     "arm_permission": ("COM_ARMABLE", 0),
     "required_sensors": ("SYS_HAS_NUM_DIST", 1),
+    "rc_calibration": ("RC1_TRIM", 900),
 }
 """Check -> the parameter, and the value of it, that makes it forbid arming (2: error, or all modes)."""
 FLAGS: dict[str, tuple[str, str, object, object]] = {
@@ -146,7 +148,7 @@ def test_what_forbids_arming_is_told_in_px4s_order() -> None:
 
 @pytest.mark.parametrize("name", FORBIDS)
 def test_forbids_arming(name: str) -> None:
-    vehicle = ready()
+    vehicle = ready(COM_RC_IN_MODE=3)
     if name in WANTS:
         vehicle.parameters.set(*WANTS[name])
     topic, bad = FORBIDS[name]

@@ -1,4 +1,4 @@
-"""Sensors of which a number has to be there, before arming and in flight."""
+"""Sensors of which a number has to be there, before arming and in flight; a receiver's calibration."""
 
 from typing import Any
 
@@ -84,3 +84,23 @@ def test_a_receiver_that_is_lost_in_flight(com_gnssloss_act: int, mode: NavState
     vehicle.parameters.set("SYS_HAS_NUM_GNSS", 2)
     vehicle.run(6.0)
     assert vehicle.mode is mode
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "com_rc_in_mode", "texts"),
+    [
+        ("RC3_TRIM", 900, 3, ["Preflight Fail: RC ERROR: RC3_TRIM < MIN (900/1000)"]),
+        ("RC3_TRIM", 2100, 0, ["Preflight Fail: RC ERROR: RC3_TRIM > MAX (2100/2000)"]),
+        ("RC18_MAX", 2501, 3, ["Preflight Fail: RC ERROR: RC18_MAX > 2500"]),
+        ("RC18_MIN", -1, 3, ["Preflight Fail: RC ERROR: RC18_MIN < 0"]),
+        ("RC3_TRIM", 900, 1, []),
+        ("RC3_TRIM", 900, 4, []),
+    ],
+)
+def test_a_channel_has_its_centre_between_its_ends(
+    parameter: str, value: int, com_rc_in_mode: int, texts: list[str]
+) -> None:
+    vehicle = ready(COM_RC_IN_MODE=com_rc_in_mode)
+    vehicle.parameters.set(parameter, value)
+    check(vehicle)
+    assert vehicle.take_texts() == texts

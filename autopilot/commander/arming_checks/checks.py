@@ -32,6 +32,7 @@ from sitl_emu.autopilot.commander.arming_checks import (
     open_drone_id,
     parachute,
     rally_point,
+    rc_calibration,
     required_sensors,
     system,
     traffic_avoidance,
@@ -68,6 +69,8 @@ from sitl_emu.autopilot.topics import HealthReport, Topics
 Check = Callable[[int, Topics, Settings, Findings], None]
 State = tuple[tuple[int, ...], tuple[int, ...], list[tuple[str, int]]]
 REPORT_INTERVAL_US: Final = 2_000_000
+RC_CHANNELS: Final = 18
+"""input_rc_s::RC_INPUT_MAX_CHANNELS."""
 PRESENT: Final = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL | BATTERY
 """Of every vehicle; MOTOR_OUTPUTS are healthy also where they are not present."""
 WHILE_FOUND = ((Component.GPS, GPS), (Component.LOGGING, LOGGING))
@@ -115,6 +118,7 @@ def all_checks() -> tuple[Check, ...]:
         mode.check,
         open_drone_id.check,
         parachute.check,
+        rc_calibration.check,
         system.check,
         battery.check,
         wind.WindCheck().check,
@@ -247,6 +251,7 @@ def settings_of(parameters: Parameters) -> Settings:
         com_parachute=int(parameters["COM_PARACHUTE"]),
         calibrated=frozenset(sensor for sensor in ("ACC", "GYRO", "MAG") if is_calibrated(parameters, sensor)),
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
+        rc_channels=tuple(_rc_channel(parameters, number) for number in range(1, RC_CHANNELS + 1)),
         com_cc_temp_warn=float(parameters["COM_CC_TEMP_WARN"]),
         rtl_type=int(parameters["RTL_TYPE"]),
         com_pos_low_eph_m=float(parameters["COM_POS_LOW_EPH"]),
@@ -258,4 +263,12 @@ def settings_of(parameters: Parameters) -> Settings:
         sys_has_num_dist=int(parameters["SYS_HAS_NUM_DIST"]),
         sys_has_num_gnss=int(parameters["SYS_HAS_NUM_GNSS"]),
         sys_has_num_of=int(parameters["SYS_HAS_NUM_OF"]),
+    )
+
+
+def _rc_channel(parameters: Parameters, number: int) -> tuple[float, float, float]:
+    return (
+        float(parameters[f"RC{number}_MIN"]),
+        float(parameters[f"RC{number}_TRIM"]),
+        float(parameters[f"RC{number}_MAX"]),
     )

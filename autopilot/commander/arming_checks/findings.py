@@ -101,6 +101,8 @@ class Settings(NamedTuple):
     calibrated: frozenset[str]
     """Sensors with a calibration of their own: ACC, GYRO, MAG."""
     com_rc_in_mode: int
+    rc_channels: tuple[tuple[float, float, float], ...]
+    """Of each its least, its centre and its most, in microseconds."""
     com_cc_temp_warn: float
     rtl_type: int
     com_pos_low_eph_m: float
