@@ -24,7 +24,6 @@ from sitl_emu.autopilot.topics import (
     DistanceSensorSample,
     EstimatorStatus,
     FailureDetectorStatus,
-    FailureInjection,
     GcsHeartbeats,
     GeofenceResult,
     HomePosition,
@@ -300,15 +299,6 @@ def test_a_propeller_out_of_balance_is_looked_for_where_there_is_a_limit(limit: 
         vehicle.topics.vehicle_imu_status = VehicleImuStatus(vehicle.now_us, var_accel=(100.0, 100.0, 0.0))
         vehicle.step()
     assert vehicle.topics.failure_detector_status.fd_imbalanced_prop is found
-
-
-def test_the_failure_detector_tells_which_motors_are_off_as_a_failure_that_is_injected() -> None:
-    """FailureInjector::rebuildMasks; twice a second (Commander::run)."""
-    vehicle = ready()
-    motor, off, stuck = 101, 1, 2
-    vehicle.topics.failure_injection = FailureInjection(((motor, off, 0b100001), (motor, stuck, 0b10)))
-    vehicle.run(0.5)
-    assert vehicle.topics.failure_detector_status.motor_stop_mask == 0b100001
 
 
 def test_position_that_may_be_two_and_a_half_times_too_far_off_is_none() -> None:
