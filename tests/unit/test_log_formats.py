@@ -17,6 +17,7 @@ from sitl_emu.autopilot.topics import (
     ControlAllocatorStatus,
     EscStatus,
     FailsafeFlags,
+    HomePosition,
     SensorsStatusImu,
     Topics,
 )
@@ -112,6 +113,19 @@ def test_modes_and_what_they_need() -> None:
     assert told["mode_req_local_position_relaxed"] == 262_340
     assert told["mode_req_prevent_arming"] == 3_944_480
     assert (VALID_MODES, SELECTABLE_MODES) == (2_147_411_455, 8_308_223)
+
+
+@pytest.mark.parametrize("place", ["globe", "local frame"])
+def test_of_a_home_zeros_are_told_where_it_has_no_place(place: str) -> None:
+    """As a real PX4's log says it before the filter is ready (../shared/px4/ulog, home_position of sihsim_hex)."""
+    home = HomePosition(1, True, 47.4, 8.5, 490.0, yaw=0.0)
+    if place == "local frame":
+        home = HomePosition(1, x=1.0, y=2.0, z=-3.0, yaw=0.0)
+    told = fields_of("home_position", commander.home_position, home)
+    on_globe = place == "globe"
+    assert (told["valid_hpos"], told["valid_alt"], told["valid_lpos"]) == (on_globe, on_globe, not on_globe)
+    assert [told[name] for name in ("lat", "lon", "alt")] == ([47.4, 8.5, 490.0] if on_globe else [0.0] * 3)
+    assert [told[name] for name in "xyz"] == ([0.0] * 3 if on_globe else [1.0, 2.0, -3.0])
 
 
 def test_an_imu_that_failed_is_not_healthy() -> None:

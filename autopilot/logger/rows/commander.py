@@ -21,12 +21,20 @@ DISARMED, ARMED = 1, 2
 """vehicle_status.arming_state."""
 EVENT_ARGUMENTS = 25
 
+
+def _places_of_home(home: HomePosition) -> tuple[Value, ...]:
+    """On the globe and in the local frame; PX4 begins with zeros."""
+    on_globe = (home.lat, home.lon, home.alt) if home.valid else (0.0, 0.0, 0.0)
+    local = (home.x, home.y, home.z) if home.valid_lpos else (0.0, 0.0, 0.0)
+    return (*on_globe, home.valid_lpos, *local)
+
+
 home_position = by_name(
     "home_position",
     HomePosition,
     {"valid_alt": "valid", "valid_hpos": "valid"},
-    ("valid_lpos",),
-    lambda record: (record.valid_lpos,),
+    ("lat", "lon", "alt", "valid_lpos", "x", "y", "z"),
+    _places_of_home,
 )
 actuator_armed = by_name("actuator_armed", ActuatorArmed, {"timestamp": 0})
 failure_detector_status = by_name(
