@@ -1,7 +1,7 @@
 """Attitudes that no flight needs: tilted further than FD_FAIL_R, FD_FAIL_P for FD_FAIL_R_TTRI, FD_FAIL_P_TTRI. A
-multicopter that sinks where it ought to climb: by FD_ALT_LOSS (0: nobody looks) for FD_ALT_LOSS_T. And an
-airframe that shakes more sideways than up and down by FD_IMB_PROP_THR (0: nobody looks), as one with a propeller out of
-balance does. And which motors are off because a failure is injected: its status takes that to the allocator.
+multicopter that sinks where it ought to climb: by FD_ALT_LOSS (0: nobody looks) for FD_ALT_LOSS_T. An airframe that
+shakes more sideways than up and down by FD_IMB_PROP_THR (0: nobody looks), as one with a propeller out of balance does.
+And which motors an injected failure has stopped: the allocator learns it by this status.
 
 PX4's FailureDetector and FailureInjector (src/modules/commander/failure_detector, v1.18). It looks in every mode that
 controls attitude, on the ground as in the air. What follows is in arming_checks/failure_detector.py and failsafe.py.
