@@ -254,6 +254,7 @@ class Flight:
     def travel(self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False) -> Script:
         """To a place, at an altitude above home. `aside`: by way of what is found, and over the ground, if so set."""
         sent: tuple[Corner, float] | None = None
+        motion = steps.Motion()
         began_us, limit_s = self.onboard.now_us, 60.0 + math.dist(self.here_m, to_m) / SLOWEST_M_S
         while sent is None or not self.is_there(to_m, sent[1], within_m):
             self.check()
@@ -262,18 +263,20 @@ class Flight:
                 left_m, left_us = self.here_m, self.onboard.now_us
                 yield from self.go_aside(place, left_m)
                 began_us += self.onboard.now_us - left_us
-                sent = None
+                sent, motion = None, steps.Motion()
             if self.together is not None:
                 left_us = self.onboard.now_us
                 if (yield from self.together.until_clear(to_m)):
                     began_us += self.onboard.now_us - left_us
-                    sent = None
+                    sent, motion = None, steps.Motion()
             wanted = to_m, altitude_m
             if aside and self.settings.altitude == "terrain":
                 wanted = self._follow(to_m, sent)
             if wanted != sent:
                 yield from self.send(*wanted)
                 sent = wanted
+            if motion.is_stuck(self.onboard.now_us, (*self.here_m, self.altitude_m)):
+                raise steps.StepFailed(f"does not move, {math.dist(self.here_m, to_m):.1f} m from a waypoint")
             if self.onboard.now_us - began_us > limit_s * 1e6:
                 raise steps.StepFailed(f"{math.dist(self.here_m, to_m):.1f} m from a waypoint after {limit_s:.0f} s")
             yield

@@ -141,7 +141,7 @@ class Responder:
         elif onboard.phase not in BEFORE_FLIGHT and not onboard.telemetry.armed and not self._done:
             self._end(self._failure or onboard.taken_by)
         out = onboard.on_time(now_us)
-        return out if self.flight.together is None else out + self.flight.together.on_time(now_us)
+        return out if self.flight.together is None else out + self.flight.together.on_time(now_us, over=self._done)
 
     def _measure(self) -> None:
         """Puts the lidar's new ranges into the terrain map."""

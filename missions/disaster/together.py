@@ -26,6 +26,7 @@ from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.companion import PEER_LINK, Outgoing
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower, ordered, swept
 from sitl_emu.missions.companion.onboard import Script
+from sitl_emu.missions.companion.steps import Motion
 from sitl_emu.missions.companion.swarm.airspace import SLOWING_M_S2, Ruling, layer_m, stopping_m
 from sitl_emu.missions.companion.swarm.extents import CELL_M, Cell, cell_of, cells_in
 from sitl_emu.missions.companion.swarm.records import Column, Doing, Key, Sighting, Stage, State
@@ -90,6 +91,7 @@ class Together:
         self._places = dict[Key, Place]()
         self._look_us = 0
         self._out = self._engaged = self._off_layer = self.homeward = False
+        self._motion = Motion()
         self._onboard.say(team.key.said)
 
     # Messages and time
@@ -98,13 +100,17 @@ class Together:
         """A message of the peer link."""
         self.swarm.on_message(now_us, self._onboard.telemetry.unix_us(now_us), msg)
 
-    def on_time(self, now_us: int) -> Outgoing:
-        """Goes on with what is shared; what to broadcast."""
+    def on_time(self, now_us: int, *, over: bool) -> Outgoing:
+        """Goes on with what is shared; what to broadcast.
+
+        `over`: our mission is. Who moves no more then, armed or not, has fallen and lies: it needs no column.
+        """
         telemetry, airspace = self._onboard.telemetry, self.swarm.airspace
         place = telemetry.place
         if place is None:
             return []
-        flies = telemetry.armed
+        lies = self._motion.is_stuck(now_us, (*self._flight.here_m, self._flight.altitude_m)) and over
+        flies = telemetry.armed and not lies
         if flies and abs(self._flight.altitude_m - self.altitude_m) > OFF_LAYER_M:
             airspace.column, self._off_layer = Column.TAKEN, True
         elif self._off_layer:

@@ -54,6 +54,8 @@ class Quad(FakePx4):
         super().__init__(system, 2, 0.0, 0.0, CRUISE_M_S)
         self.home = (*from_metres(pad_m[0] + error_m[0], pad_m[1] + error_m[1], *ORIGIN), AMSL_M + error_m[2])
         self.pad_m, self.error_m, self.height_m, self.dropped = pad_m, error_m, 0.0, False
+        self.fallen = False
+        """It lies where it fell, armed, and talks on."""
 
     @property
     def true_m(self) -> tuple[float, float, float]:
@@ -78,6 +80,9 @@ class Quad(FakePx4):
 
     def _move(self) -> list[Any]:
         dt, goal, height_m = STEP_US * 1e-6, self.goal, self.height_m
+        if self.fallen:
+            self.up_m, self.velocity = 0.0, (0.0, 0.0, 0.0)
+            return []
         if self.mode == TAKEOFF:
             goal, height_m = (self.north_m, self.east_m), self.parameters["MIS_TAKEOFF_ALT"]
             if abs(self.up_m - height_m) < 0.1:

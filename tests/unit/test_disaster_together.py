@@ -49,6 +49,19 @@ def test_the_lines_of_who_dies_are_flown_by_the_other() -> None:
     assert served(flown, APART) == [1] and flown.nearest_m >= KEEP_M
 
 
+def test_the_lines_of_who_falls_and_talks_on_are_flown_by_the_other() -> None:
+    sky = Sky(2, AREA, [APART], 0.1, seed=5)
+    assert sky.fly(60.0, then=lambda it: it.tells(2, "line_scanned"))
+    fell_s = sky.now_us / 1e6
+    sky.quads[2].fallen = True
+    assert sky.fly(LIMIT_S)
+    failed_s, given_up_s = (time_s for time_s, by, event in sky.events if by == 2 and event.kind == "failed")
+    assert failed_s - fell_s < 25.0 and given_up_s - failed_s < 25.0
+    flown = sky.flown()
+    assert all_lines(flown) and len(flown.lines[2]) == 1 and served(flown, APART) == [1]
+    assert flown.outcomes[1] == "success" and flown.outcomes[2].startswith("does not move")
+
+
 def test_what_a_dead_one_was_to_serve_is_served_by_the_other() -> None:
     sky = Sky(2, AREA, [APART], 0.0, seed=6)
     assert sky.fly(LIMIT_S, then=lambda it: it.tells(0, "phase", phase="engaging"))

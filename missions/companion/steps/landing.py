@@ -1,9 +1,11 @@
 """Home and down."""
 
+from sitl_emu.gcs.geodesy import to_metres
 from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
 from sitl_emu.missions.companion.onboard import Onboard, Script
 from sitl_emu.missions.companion.steps.commanding import StepFailed
+from sitl_emu.missions.companion.steps.moving import Motion
 
 LANDING_TIMEOUT_S = 300.0
 GOING_HOME = frozenset({"return", "land", "hold"})
@@ -12,10 +14,15 @@ GOING_HOME = frozenset({"return", "land", "hold"})
 
 def until_landed(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Script:
     """Until it has landed and disarmed by itself."""
-    since_us = onboard.now_us
+    since_us, motion, began = onboard.now_us, Motion(), onboard.telemetry.place
     while onboard.telemetry.armed:
         if onboard.now_us - since_us > timeout_s * 1e6:
             raise StepFailed("did not land and disarm")
+        place = onboard.telemetry.place
+        if began is not None and place is not None:
+            here_m = to_metres(place.lat_deg, place.lon_deg, began.lat_deg, began.lon_deg)
+            if motion.is_stuck(onboard.now_us, (*here_m, place.alt_amsl_m)):
+                raise StepFailed("does not move, and is armed")
         yield
 
 

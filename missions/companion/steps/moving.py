@@ -12,8 +12,26 @@ STILL_M_S = 0.15
 STILL_S = 1.5
 """So slow for so long is standing: a GNSS receiver's velocity is that noisy, and a turn on the way is shorter."""
 
+STUCK_S, STUCK_M = 20.0, 2.0
+"""Who is under way and comes no farther in so long does not fly: no waypoint is approached at 0.1 m/s, and what a
+receiver's place drifts by in that time is less (0.3 m of one sigma of ours). Ours."""
+
 LatLon = tuple[float, float]
 """Degrees."""
+
+
+class Motion:
+    """Whether who is under way moves: one that has crashed may talk on, armed and in its mode."""
+
+    def __init__(self) -> None:
+        self._from_m: tuple[float, ...] = ()
+        self._since_us = 0
+
+    def is_stuck(self, now_us: int, place_m: tuple[float, float, float]) -> bool:
+        """Whether it has been there for long, by its place of now."""
+        if not self._from_m or math.dist(place_m, self._from_m) > STUCK_M:
+            self._from_m, self._since_us = place_m, now_us
+        return now_us - self._since_us > STUCK_S * 1e6
 
 
 def pause(onboard: Onboard, duration_s: float, until: Callable[[], bool] = lambda: False) -> Script:
