@@ -107,15 +107,20 @@ class _Place(NamedTuple):
     choices: Sequence[int] = ()
 
 
+NOT_SAID, NOT_SET = {mavlink.MAVLINK_MSG_ID_BATTERY_STATUS}, ("BAT", "SIM_BAT")
+"""By these a battery seems empty, and one that stands is then turned off and answers no more, as a real PX4
+(Commander::battery_status_check)."""
+
+
 class Nonsense:
     """Well-formed frames with senseless content."""
 
     def __init__(self, chance: random.Random, heard: Iterable[int], names: Sequence[str]) -> None:
         """`heard`: ids that the autopilot listens to; `names`: parameters."""
         self._chance = chance
-        self._all = sorted(mavlink.mavlink_map)
-        self._heard = sorted(heard)
-        self._names = [name.encode() for name in names]
+        self._all = sorted(set(mavlink.mavlink_map) - NOT_SAID)
+        self._heard = sorted(set(heard) - NOT_SAID)
+        self._names = [name.encode() for name in names if not name.startswith(NOT_SET)]
         self._commands = sorted(set(mavlink.enums["MAV_CMD"]) - NOT_COMMANDED)
         self._layouts: dict[int, list[_Place]] = {}
 
