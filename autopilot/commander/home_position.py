@@ -18,10 +18,12 @@ from sitl_emu.core.geodesy import MapProjection, distance_m
 
 MOVED_AT_LEAST_M: Final = 1.0
 RISEN_AT_LEAST_M: Final = 1.5
+"""Or twice what the place may be off: hasMovedFromCurrentHomeLocation."""
 GOOD_FIX: Final = 2
 GOOD_EPH_M: Final = 5.0
 GOOD_EPV_M: Final = 10.0
 GOOD_SPEED_ACCURACY_M_S: Final = 1.0
+"""A receiver that may give a home (HomePosition.cpp)."""
 FUSES_POSITION_AND_HEIGHT: Final = 0b11
 """EKF2_GPS_CTRL."""
 

@@ -31,7 +31,6 @@ class VehicleStates:
         """Copy the parameters: they have changed."""
         self._velocity_cutoff = float(parameters["MPC_VEL_LP"])
         self._velocity_derivative_cutoff = float(parameters["MPC_VELD_LP"])
-
         notch = float(parameters["MPC_VEL_NF_FRQ"]), float(parameters["MPC_VEL_NF_BW"])
         if notch != self._notch:
             self._set_notch(*notch)

@@ -13,7 +13,7 @@ GOING_HOME = frozenset({"return", "land", "hold"})
 
 
 def until_landed(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Script:
-    """Until it has landed and disarmed by itself."""
+    """Until it has landed and disarmed by itself. Raises StepFailed where it does not, or lies somewhere, armed."""
     since_us, motion, began = onboard.now_us, Motion(), onboard.telemetry.place
     while onboard.telemetry.armed:
         if onboard.now_us - since_us > timeout_s * 1e6:
