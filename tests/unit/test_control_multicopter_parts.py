@@ -6,12 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl_emu.autopilot.constants import NavState, Severity, TakeoffState
+from sitl_emu.autopilot.constants import TakeoffState
 from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, desaturate, mixer
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from sitl_emu.autopilot.control.mc_allocation import output_channels
 from sitl_emu.autopilot.control.mc_att_control import AttitudeReference, rates_setpoint
-from sitl_emu.autopilot.control.mc_parameters import constrain, of_responsiveness
 from sitl_emu.autopilot.control.mc_pos_control import (
     Limits,
     PositionControl,
@@ -23,27 +22,15 @@ from sitl_emu.autopilot.control.mc_pos_control import (
     failsafe_setpoint,
 )
 from sitl_emu.autopilot.control.mc_rate_control import RateControl
-from sitl_emu.autopilot.control.multicopter import MulticopterControl
 from sitl_emu.autopilot.control.takeoff import TakeoffHandling
-from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     NAN,
     NAN3,
-    ActuatorArmed,
-    BatteryStatus,
-    FailureDetectorStatus,
     Quaternion,
-    Topics,
     TrajectorySetpoint,
     Vector3,
-    VehicleConstraints,
-    VehicleLandDetected,
-    VehicleLocalPosition,
-    VehicleStatus,
 )
-from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.attitude import quaternion
-from sitl_emu.vehicles import load
 from tests.typed import now
 
 G = 9.80665
@@ -169,15 +156,6 @@ def test_a_motor_with_a_slew_rate_takes_its_time() -> None:
     assert allocator.unallocated_thrust > 0.0
     allocator.rest()
     assert allocator.allocate(0.0, 0.0, 0.0, -0.5, 0.1)[0] == pytest.approx(0.05)
-
-
-def test_a_parameter_that_changes_in_flight_does_not_stop_motors_with_a_slew_rate() -> None:
-    flown = FlyingControl(CA_R0_SLEW=5.0)
-    flown.fly(1000)
-    before = flown.topics.actuator_outputs.controls
-    flown.parameters.set("MPC_TILTMAX_AIR", 40.0)
-    flown.fly(100)
-    assert before[0] > 0.3 and flown.topics.actuator_outputs.controls == pytest.approx(before, abs=0.02)
 
 
 def test_thrust_model_is_undone() -> None:
@@ -433,97 +411,6 @@ def test_integrator_is_limited() -> None:
     assert control.update((0.0,) * 3, (0.0,) * 3, (0.0,) * 3, 0.004, True, (0.0,) * 3)[0] == pytest.approx(0.3)
 
 
-class FlyingControl:
-    """In the air, velocities controlled, 125 times a second."""
-
-    def __init__(self, **values: float) -> None:
-        at_once = {"COM_SPOOLUP_TIME": 0.0, "MPC_TKO_RAMP_T": 0.0}
-        self.parameters = Parameters(VehicleKind.MULTICOPTER, {**load("sihsim_hex").airframe, **at_once, **values})
-        self.topics = topics = Topics()
-        self.control = MulticopterControl(topics, self.parameters, lambda *_: None)
-        self.now_us = 0
-        topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.POSCTL)
-        topics.actuator_armed = ActuatorArmed(armed=True)
-        topics.vehicle_land_detected = VehicleLandDetected(ground_contact=False, maybe_landed=False, landed=False)
-        topics.vehicle_constraints = VehicleConstraints(want_takeoff=True)
-
-    def fly(self, steps: int, north: float = 0.0) -> None:
-        """`north`: its velocity."""
-        for _ in range(steps):
-            self.now_us = now_us = self.now_us + 8000
-            self.topics.trajectory_setpoint = TrajectorySetpoint(now_us, velocity=(0.0, 0.0, 0.0))
-            self.topics.vehicle_local_position = VehicleLocalPosition(
-                now_us, now_us, True, True, True, True, z=-5.0, vx=north
-            )
-            self.control.update_position(now_us)
-            self.control.update_rate(now_us)
-
-
-@pytest.mark.parametrize(("cutoff_hz", "after_80_ms"), [(0.0, 1.0), (2.0, 0.62)])
-def test_the_velocity_passes_a_low_pass_where_mpc_vel_lp_has_one(cutoff_hz: float, after_80_ms: float) -> None:
-    """MulticopterPositionControl::set_vehicle_states; here velocity is all that is controlled, by its gain alone."""
-    flown = FlyingControl(MPC_VEL_LP=cutoff_hz, MPC_XY_VEL_I_ACC=0.0, MPC_XY_VEL_D_ACC=0.0)
-    flown.fly(200)
-    flown.fly(10, north=1.0)
-    told = flown.topics.vehicle_local_position_setpoint
-    assert told.acceleration[0] == pytest.approx(-after_80_ms * flown.parameters["MPC_XY_VEL_P_ACC"], rel=0.03)
-
-
-@pytest.mark.parametrize(("bandwidth_hz", "left"), [(0.0, 1.0), (2.0, 0.0)])
-def test_a_velocity_that_shakes_is_filtered_where_mpc_vel_nf_frq_has_a_notch(bandwidth_hz: float, left: float) -> None:
-    """MulticopterPositionControl::set_vehicle_states; what is steady passes."""
-    gains = {"MPC_XY_VEL_I_ACC": 0.0, "MPC_XY_VEL_D_ACC": 0.0}
-    flown = FlyingControl(MPC_VEL_NF_FRQ=5.0, MPC_VEL_NF_BW=bandwidth_hz, **gains)
-    seen = []
-    for step in range(500):
-        flown.fly(1, north=1.0 + math.sin(math.tau * 5.0 * step * 0.008))
-        seen.append(flown.topics.vehicle_local_position_setpoint.acceleration[0])
-    gain = flown.parameters["MPC_XY_VEL_P_ACC"]
-    assert max(seen[-50:]) - min(seen[-50:]) == pytest.approx(2.0 * left * gain, abs=0.02)
-    assert sum(seen[-50:]) / 50 == pytest.approx(-gain, rel=0.02)
-
-
-@pytest.mark.parametrize(("enabled", "factor"), [(0, 1.0), (1, 1.2)])
-def test_of_an_empty_battery_more_thrust_and_torque_are_asked_where_mc_bat_scale_en_says_so(
-    enabled: int, factor: float
-) -> None:
-    """MulticopterRateControl::Run: battery_status.scale of a battery that is there."""
-    flown = FlyingControl(MC_BAT_SCALE_EN=enabled)
-    topics = flown.topics
-    flown.fly(10)
-    asked = topics.vehicle_rates_setpoint.thrust_body[2]
-    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(asked)
-    topics.battery_status = BatteryStatus(connected=True, scale=1.2)
-    topics.vehicle_angular_velocity = topics.vehicle_angular_velocity._replace(xyz=(0.1, 0.0, 0.0))
-    flown.fly(10)
-    scaled = topics.vehicle_rates_setpoint.thrust_body[2]
-    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(factor * scaled)
-    motors = topics.actuator_outputs.controls
-    assert sum(motor**2 for motor in motors) / len(motors) == pytest.approx(-factor * scaled, rel=1e-3)
-    topics.battery_status = BatteryStatus(connected=False)
-    flown.fly(10)
-    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(factor * topics.vehicle_rates_setpoint.thrust_body[2])
-
-
-@pytest.mark.parametrize("handled", [0, 1])
-def test_a_motor_that_is_off_stands_still_where_ca_failure_mode_handles_it(handled: int) -> None:
-    """ControlAllocator::handle_stopped_motors: NaN, at the output the disarmed pulse, and in all that is told of it."""
-    flown = FlyingControl(CA_FAILURE_MODE=handled)
-    topics = flown.topics
-    topics.failure_detector_status = FailureDetectorStatus(motor_stop_mask=0b100)
-    flown.fly(51)
-    pulses = list(topics.actuator_outputs.pwm)
-    assert (pulses.pop(2) == 900) is bool(handled) and min(pulses) > 1000
-    assert (topics.actuator_outputs.controls[2] == 0.0) is bool(handled)
-    status = topics.control_allocator_status
-    assert (status.handled_motor_failure_mask, status.motor_stop_mask) == (0, 0b100 * handled)
-    assert status.torque_setpoint_achieved is not bool(handled)
-    assert math.isnan(status.unallocated_torque[0]) is math.isnan(status.unallocated_thrust[2]) is bool(handled)
-    topics.failure_detector_status = FailureDetectorStatus()
-    flown.fly(10)
-    assert min(topics.actuator_outputs.pwm) > 1000
-
-
 def test_takeoff_spools_up_waits_ramps_and_flies() -> None:
     takeoff = TakeoffHandling()
     takeoff.update_state(0, True, True, True, 1.0)
@@ -576,59 +463,3 @@ def test_hover_thrust_keeps_within_its_range() -> None:
     for n in range(4000):
         estimator.update(n * 8000, 0.008, 0.0, 0.15, 0.0, 0.0)
     assert estimator.estimate.hover_thrust == pytest.approx(0.3)
-
-
-def test_speeds_are_lowered_to_the_speeds_that_limit_them() -> None:
-    parameters = Parameters(VehicleKind.MULTICOPTER, {})
-    said: list[tuple[Severity, str]] = []
-    constrain(parameters, lambda severity, text, *event: said.append((severity, text)))
-    assert said == []
-    parameters.set("MPC_XY_VEL_MAX", 4.0)
-    constrain(parameters, lambda severity, text, *event: said.append((severity, text)))
-    assert (parameters["MPC_XY_CRUISE"], parameters["MPC_VEL_MANUAL"]) == (4.0, 4.0)
-    assert said == [
-        (Severity.CRITICAL, "Cruise speed has been constrained by max speed\t"),
-        (Severity.CRITICAL, "Manual speed has been constrained by max speed\t"),
-    ]
-
-
-def said_of(parameters: Parameters) -> list[str]:
-    said: list[str] = []
-    constrain(parameters, lambda severity, text, *event: said.append(text.rstrip("\t")))
-    return said
-
-
-def test_tilt_and_hover_thrust_are_brought_back_to_their_limits() -> None:
-    parameters = Parameters(
-        VehicleKind.MULTICOPTER, {"MPC_TILTMAX_AIR": 120.0, "MPC_TILTMAX_LND": 100.0, "MPC_THR_HOVER": 1.5}
-    )
-    assert said_of(parameters) == [
-        "Tilt constrained to safe value",
-        "Land tilt has been constrained by max tilt",
-        "Hover thrust has been constrained by min/max",
-    ]
-    assert [parameters[name] for name in ("MPC_TILTMAX_AIR", "MPC_TILTMAX_LND", "MPC_THR_HOVER")] == [89.0, 89.0, 1.0]
-
-
-def test_one_parameter_sets_all_speeds() -> None:
-    """MPC_XY_VEL_ALL, MPC_Z_VEL_ALL; told at once, and only where there is a change."""
-    parameters = Parameters(VehicleKind.MULTICOPTER, {"MPC_XY_VEL_ALL": 4.0, "MPC_Z_VEL_ALL": 2.0})
-    before = parameters.notifications
-    assert said_of(parameters) == []
-    assert parameters.notifications == before + 1
-    assert [parameters[name] for name in ("MPC_VEL_MANUAL", "MPC_XY_CRUISE", "MPC_XY_VEL_MAX")] == [4.0, 4.0, 4.0]
-    assert [parameters[name] for name in ("MPC_Z_V_AUTO_UP", "MPC_Z_VEL_MAX_DN")] == [2.0, 1.5]
-    assert parameters["MPC_TKO_SPEED"] == pytest.approx(1.2)
-    assert parameters["MPC_LAND_SPEED"] == 1.0
-    said_of(parameters)
-    assert parameters.notifications == before + 1
-
-
-def test_responsiveness_sets_accelerations_and_jerks() -> None:
-    """0.5, as a real PX4 v1.18 told MPC_ACC_HOR 4.5, MPC_JERK_AUTO 7, MPC_MAN_Y_MAX 172.5, MPC_TILTMAX_AIR 45."""
-    parameters = Parameters(VehicleKind.MULTICOPTER, {"SYS_VEHICLE_RESP": 0.5})
-    said_of(parameters)
-    names = ("MPC_ACC_HOR", "MPC_JERK_AUTO", "MPC_MAN_Y_MAX", "MPC_TILTMAX_AIR")
-    assert [parameters[name] for name in names] == [4.5, 7.0, 172.5, 45.0]
-    assert of_responsiveness(1.0)["MPC_TILTMAX_AIR"] == 70.0
-    assert of_responsiveness(1.0)["MPC_MAN_Y_TAU"] == 0.0

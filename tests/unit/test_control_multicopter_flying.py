@@ -1,0 +1,122 @@
+"""Multicopter control in the air, all of it together: filters of the velocity, the battery, motors that fail."""
+
+import math
+
+import pytest
+
+from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.control.multicopter import MulticopterControl
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import (
+    ActuatorArmed,
+    BatteryStatus,
+    FailureDetectorStatus,
+    Topics,
+    TrajectorySetpoint,
+    VehicleConstraints,
+    VehicleLandDetected,
+    VehicleLocalPosition,
+    VehicleStatus,
+)
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from sitl_emu.vehicles import load
+
+
+class FlyingControl:
+    """In the air, velocities controlled, 125 times a second."""
+
+    def __init__(self, **values: float) -> None:
+        at_once = {"COM_SPOOLUP_TIME": 0.0, "MPC_TKO_RAMP_T": 0.0}
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, {**load("sihsim_hex").airframe, **at_once, **values})
+        self.topics = topics = Topics()
+        self.control = MulticopterControl(topics, self.parameters, lambda *_: None)
+        self.now_us = 0
+        topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.POSCTL)
+        topics.actuator_armed = ActuatorArmed(armed=True)
+        topics.vehicle_land_detected = VehicleLandDetected(ground_contact=False, maybe_landed=False, landed=False)
+        topics.vehicle_constraints = VehicleConstraints(want_takeoff=True)
+
+    def fly(self, steps: int, north: float = 0.0) -> None:
+        """`north`: its velocity."""
+        for _ in range(steps):
+            self.now_us = now_us = self.now_us + 8000
+            self.topics.trajectory_setpoint = TrajectorySetpoint(now_us, velocity=(0.0, 0.0, 0.0))
+            self.topics.vehicle_local_position = VehicleLocalPosition(
+                now_us, now_us, True, True, True, True, z=-5.0, vx=north
+            )
+            self.control.update_position(now_us)
+            self.control.update_rate(now_us)
+
+
+@pytest.mark.parametrize(("cutoff_hz", "after_80_ms"), [(0.0, 1.0), (2.0, 0.62)])
+def test_the_velocity_passes_a_low_pass_where_mpc_vel_lp_has_one(cutoff_hz: float, after_80_ms: float) -> None:
+    """MulticopterPositionControl::set_vehicle_states; here velocity is all that is controlled, by its gain alone."""
+    flown = FlyingControl(MPC_VEL_LP=cutoff_hz, MPC_XY_VEL_I_ACC=0.0, MPC_XY_VEL_D_ACC=0.0)
+    flown.fly(200)
+    flown.fly(10, north=1.0)
+    told = flown.topics.vehicle_local_position_setpoint
+    assert told.acceleration[0] == pytest.approx(-after_80_ms * flown.parameters["MPC_XY_VEL_P_ACC"], rel=0.03)
+
+
+@pytest.mark.parametrize(("bandwidth_hz", "left"), [(0.0, 1.0), (2.0, 0.0)])
+def test_a_velocity_that_shakes_is_filtered_where_mpc_vel_nf_frq_has_a_notch(bandwidth_hz: float, left: float) -> None:
+    """MulticopterPositionControl::set_vehicle_states; what is steady passes."""
+    gains = {"MPC_XY_VEL_I_ACC": 0.0, "MPC_XY_VEL_D_ACC": 0.0}
+    flown = FlyingControl(MPC_VEL_NF_FRQ=5.0, MPC_VEL_NF_BW=bandwidth_hz, **gains)
+    seen = []
+    for step in range(500):
+        flown.fly(1, north=1.0 + math.sin(math.tau * 5.0 * step * 0.008))
+        seen.append(flown.topics.vehicle_local_position_setpoint.acceleration[0])
+    gain = flown.parameters["MPC_XY_VEL_P_ACC"]
+    assert max(seen[-50:]) - min(seen[-50:]) == pytest.approx(2.0 * left * gain, abs=0.02)
+    assert sum(seen[-50:]) / 50 == pytest.approx(-gain, rel=0.02)
+
+
+@pytest.mark.parametrize(("enabled", "factor"), [(0, 1.0), (1, 1.2)])
+def test_of_an_empty_battery_more_thrust_and_torque_are_asked_where_mc_bat_scale_en_says_so(
+    enabled: int, factor: float
+) -> None:
+    """MulticopterRateControl::Run: battery_status.scale of a battery that is there."""
+    flown = FlyingControl(MC_BAT_SCALE_EN=enabled)
+    topics = flown.topics
+    flown.fly(10)
+    asked = topics.vehicle_rates_setpoint.thrust_body[2]
+    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(asked)
+    topics.battery_status = BatteryStatus(connected=True, scale=1.2)
+    topics.vehicle_angular_velocity = topics.vehicle_angular_velocity._replace(xyz=(0.1, 0.0, 0.0))
+    flown.fly(10)
+    scaled = topics.vehicle_rates_setpoint.thrust_body[2]
+    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(factor * scaled)
+    motors = topics.actuator_outputs.controls
+    assert sum(motor**2 for motor in motors) / len(motors) == pytest.approx(-factor * scaled, rel=1e-3)
+    topics.battery_status = BatteryStatus(connected=False)
+    flown.fly(10)
+    assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(factor * topics.vehicle_rates_setpoint.thrust_body[2])
+
+
+@pytest.mark.parametrize("handled", [0, 1])
+def test_a_motor_that_is_off_stands_still_where_ca_failure_mode_handles_it(handled: int) -> None:
+    """ControlAllocator::handle_stopped_motors: NaN, at the output the disarmed pulse, and in all that is told of it."""
+    flown = FlyingControl(CA_FAILURE_MODE=handled)
+    topics = flown.topics
+    topics.failure_detector_status = FailureDetectorStatus(motor_stop_mask=0b100)
+    flown.fly(51)
+    pulses = list(topics.actuator_outputs.pwm)
+    assert (pulses.pop(2) == 900) is bool(handled) and min(pulses) > 1000
+    assert (topics.actuator_outputs.controls[2] == 0.0) is bool(handled)
+    status = topics.control_allocator_status
+    assert (status.handled_motor_failure_mask, status.motor_stop_mask) == (0, 0b100 * handled)
+    assert status.torque_setpoint_achieved is not bool(handled)
+    assert math.isnan(status.unallocated_torque[0]) is math.isnan(status.unallocated_thrust[2]) is bool(handled)
+    topics.failure_detector_status = FailureDetectorStatus()
+    flown.fly(10)
+    assert min(topics.actuator_outputs.pwm) > 1000
+
+
+def test_a_parameter_that_changes_in_flight_does_not_stop_motors_with_a_slew_rate() -> None:
+    flown = FlyingControl(CA_R0_SLEW=5.0)
+    flown.fly(1000)
+    before = flown.topics.actuator_outputs.controls
+    flown.parameters.set("MPC_TILTMAX_AIR", 40.0)
+    flown.fly(100)
+    assert before[0] > 0.3 and flown.topics.actuator_outputs.controls == pytest.approx(before, abs=0.02)
