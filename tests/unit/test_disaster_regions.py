@@ -285,7 +285,7 @@ def test_a_place_that_is_gone_to_is_kept_with_less_room_than_one_is_chosen_with(
             assert still.place_m == place.place_m and math.dist(still.edge_m, place.edge_m) < 0.1
     assert places.kept(over, region, place, allowed=nowhere) is None, "beyond the fence"
     assert places.kept(over, region, place._replace(place_m=(500.0, 0.0))) is None
-    away = place._replace(place_m=(POND[0] - places.WITHIN_M - 2.0, 14.0))
+    away = place._replace(place_m=(POND[0] - places.HELD_WITHIN_M - 2.0, 14.0))
     assert places.is_free(over, away.place_m) and places.kept(over, region, away) is None, "it is of the region no more"
 
 
