@@ -42,9 +42,9 @@ KEEP_OFF_M, BEST_M, WITHIN_M = 2.0, 3.25, 4.0
 (vehicles/README.md); the edge itself is known to a metre. Best is somewhat beyond the middle of 0 and 5 m, as a fire's
 front moves on. Ours."""
 HELD_WITHIN_M = 4.5
-"""The same of a place that is gone to, as edges move by half a metre while more is seen of them; ours. Parcels for
-places chosen that far away came to rest 5.4 and 5.7 m from the water, edges being 0.8 and 1.4 m off (towns of
-`disaster-together`, seed 1)."""
+"""The same of a place that is gone to, as edges move by half a metre while more is seen of them, and of what is looked
+at last, before the parcel is taken home (the town of seed 4 has no other); ours. Parcels for places chosen that far
+away came to rest 5.4 and 5.7 m from the water, edges being 0.8 and 1.4 m off (`disaster-together`, seed 1)."""
 PLAIN_M = 2.0
 """Room for the parcel's tumbling; ours."""
 BESIDE_M = 5.0
@@ -118,7 +118,8 @@ def choose(
     """
     whole = _whole(regions, region)
     off_region = _away_m(whole)
-    ring: Cells = (off_region >= KEEP_OFF_M) & (off_region <= WITHIN_M) & (regions.looks >= LOOKS)
+    within_m = HELD_WITHIN_M if closer else WITHIN_M
+    ring: Cells = (off_region >= KEEP_OFF_M) & (off_region <= within_m) & (regions.looks >= LOOKS)
     if not closer:
         ring &= (regions.steepness <= ASLANT) & (regions.turned <= math.cos(math.radians(TURNED_DEG)))
     if allowed is not None:
