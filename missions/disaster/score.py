@@ -9,7 +9,7 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
 - `delivered`, `deliveries`: how many parcels lie well; of each: where it rests and was to lie (north, east),
   `to_target_m` (to the nearest true area's edge, 0 in it), `to_place_m` (to where it was to lie, truly), `to_seen_m`
   (to where the vehicle's camera saw it lie), `target` (its index), `safe` and, where it is not, `unsafe` (in water, in
-  the area, on a person, on a roof, …).
+  the area, on a person or less than `TOO_NEAR_M` from one, on a roof, …).
 - `targets_total`, `targets_found`, `targets`: each with label, true area, `found`, and `iou` of what was mapped of it
   with the truth, all within the scanned area; of a flood without what stands in it, under which nobody sees water.
 - `regions_total`, `regions_false`: what was mapped, and of it what overlaps no true area of its label within 2 m.
@@ -50,7 +50,7 @@ MATCH_M = 5.0
 """An edge that was located farther from any true one is none of it."""
 SLACK_M = 2.0
 """A mapped region may lie so far beside what it is of: two cells."""
-ON_SOMEBODY_M = 1.0
+TOO_NEAR_M = 1.0
 """From a person's or a vehicle's outline; ours."""
 APART_M = 5.0
 """As near as two vehicles may not come (issue 12)."""
@@ -188,9 +188,9 @@ def _unsafe(record: RunRecord, event: EventLine, place: Point, to_target_m: floa
     if to_target_m == 0.0:
         return "in the area"
     for thing in record.objects:
-        away_m = math.dist((thing.north_m, thing.east_m), (place.x, place.y))
-        if thing.kind in LIVING_OR_DRIVING and away_m < thing.radius_m + ON_SOMEBODY_M:
-            return f"on a {thing.kind}"
+        off_m = math.dist((thing.north_m, thing.east_m), (place.x, place.y)) - thing.radius_m
+        if thing.kind in LIVING_OR_DRIVING and off_m < TOO_NEAR_M:
+            return f"{off_m:.1f} m from a {thing.kind}" if off_m > 0.0 else f"on a {thing.kind}"
     return "on what stands there" if solids(record.areas).intersects(place) else ""
 
 

@@ -96,7 +96,12 @@ def test_where_the_camera_saw_the_parcel_is_held_against_where_it_lies() -> None
 
 @pytest.mark.parametrize(
     ("where", "said"),
-    [((15.0, 15.0), "in the area"), ((4.0, 15.0), ""), ((7.5, 15.0), "on a person")],
+    [
+        ((15.0, 15.0), "in the area"),
+        ((4.0, 15.0), ""),
+        ((7.0, 15.4), "on a person"),
+        ((7.5, 15.0), "0.4 m from a person"),
+    ],
 )
 def test_a_parcel_too_far_off_in_the_water_or_on_somebody_is_not(where: tuple[float, float], said: str) -> None:
     person = TrueObject("person", 7.0, 15.5, 0.3, target=False)
