@@ -42,10 +42,10 @@ KEEP_OFF_M, BEST_M, WITHIN_M = 2.0, 3.25, 4.0
 (vehicles/README.md); the edge itself is known to a metre. Best is somewhat beyond the middle of 0 and 5 m, as a fire's
 front moves on. Ours."""
 HELD_WITHIN_M = 4.5
-"""The same of a place that is gone to, as edges move by half a metre while more is seen of them, and of what is looked
-at last, before the parcel is taken home (the town of seed 4 has no other); ours. Of places chosen that far away parcels
-came to rest 5.4 and 5.7 m from the water, edges being 0.8 and 1.4 m off (`disaster-together`, seed 1); 4.0 m away one
-still did (5.7 m: the same edge, and the parcel 0.6 m from its place)."""
+"""The same of a place that is gone to, as edges move while more is seen of them, and of what is looked at last, before
+the parcel is taken home (the town of seed 4 had no other); ours. Of places chosen that far away parcels came to rest
+5.4 and 5.7 m from the water, edges being 0.8 and 1.4 m off (`disaster-together`, seed 1); 4.0 m away one still did
+(5.7 m: an edge 1.4 m off, and the parcel 0.6 m from its place)."""
 PLAIN_M = 2.0
 """Room for the parcel's tumbling; ours."""
 BESIDE_M = 5.0

@@ -289,7 +289,7 @@ def test_a_place_that_is_gone_to_is_kept_with_less_room_than_one_is_chosen_with(
     there = np.hypot(over.north_m - farther.place_m[0], over.east_m - farther.place_m[1]) < 0.1
     assert there.any() and places.choose(over, region, farther.place_m, there) is None, "4.5 m from the edge"
     assert places.choose(over, region, farther.place_m, there, closer=True) is not None, "it is the last there is"
-    assert places.kept(over, region, farther) is not None, "edges move by half a metre while more is seen of them"
+    assert places.kept(over, region, farther) is not None, "edges move while more is seen of them"
     away = place._replace(place_m=(POND[0] - places.HELD_WITHIN_M - 2.0, 14.0))
     assert places.is_free(over, away.place_m) and places.kept(over, region, away) is None, "it is of the region no more"
 
