@@ -16,7 +16,9 @@ from sitl_emu.missions.companion.yolo import OnnxDetector
 LABELS = ("water_body", "debris_field", "fire_region")
 """The paper's classes."""
 SCATTERED = ("debris_field",)
-"""Of these a picture from low shows pieces, and does not tell where they are not (`flight.WHOLE`)."""
+"""Of these a picture from low shows pieces, and does not tell where they end (`flight.WHOLE`)."""
+SPREADING = ("fire_region",)
+"""These move on while the vehicle goes down to their edge."""
 NETWORK = "disaster"
 COLOURS = Path(__file__).with_name("colours.json")
 LEAST = 0.25

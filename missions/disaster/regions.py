@@ -138,9 +138,9 @@ class RegionMap:
     ) -> None:
         """`wanted`: `confirmations` and `confirm_score` of it count. `location`: one of `PROJECTIONS`.
 
-        `scattered`: labels of which frames from lower over the ground than `whole_from_m` tell where they are, and not
-        where they are not. `area`: regions are of what lies in it; what is seen beyond, and mostly from aslant, only
-        says where no parcel goes.
+        `scattered`: labels of which frames from lower over the ground than `whole_from_m` tell neither where they are
+        nor where they are not, but that no parcel goes where they may be (`low_doubt`). `area`: regions are of what
+        lies in it; what is seen beyond, and mostly from aslant, only says where no parcel goes.
         """
         south, west, north, east = bounds
         self.south_m, self.west_m = south, west
@@ -198,14 +198,15 @@ class RegionMap:
         self._tell_doubt(look, shares)
         worse = look.steep > self.steepness[look.cells] + WORSE
         for layer, label in enumerate(self.labels):
+            if label in self._scattered and look.height_m < self._whole_from_m:
+                continue
             if areas is not None:
                 scores, evidence = np.where(shares[layer] >= LEAST_SHARE, shares[layer], 0.0), AREA
                 visible = np.exp(-FRONTAL * look.steep)
             else:
                 scores = _scores(look.x, look.y, [one for one in detections if one.label == label])
                 evidence, visible = BOX, np.ones_like(look.steep)
-            hits = scores > 0.0
-            counts = np.where(hits, ~worse, label not in self._scattered or look.height_m >= self._whole_from_m)
+            counts = ~((scores > 0.0) & worse)
             rows, columns = look.cells
             self._tell(layer, (rows[counts], columns[counts]), scores[counts], evidence, visible[counts])
 

@@ -167,8 +167,9 @@ def test_one_place_shows_where_an_area_lies_that_the_detector_knows(yaw_deg: flo
     assert (scattered.regions()[0].cells == found.cells).all(), "from low it is not told where it is not"
     for _ in range(6):
         scattered.update(low, 0.0, areas_of(low, (9.0, 12.0, 10.0, 15.0)))
-    row, column = scattered.cell(9.5, 13.5) or (0, 0)
-    assert scattered.odds[0][row, column] > 0.0, "but where it is"
+    assert (scattered.regions()[0].cells == found.cells).all(), "nor where it is,"
+    cell = scattered.cell(9.5, 13.5) or (0, 0)
+    assert scattered.low_doubt[cell] > places.LOW_DOUBT, "but that no parcel goes there"
     weak = a_map()
     for _ in range(3):
         weak.update(pose, 0.0, areas_of(pose, POND, share=0.4))
@@ -263,11 +264,20 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     about = (Standing(there, nowhere, ~there), places.PLAIN_M), (Standing(there, there, ~there), places.BESIDE_M)
     for stands, away_m in about:
         other = places.choose(over, region, (5.0, 14.0), stands=stands)
-        assert other is not None and away_m <= math.dist(other.place_m, place.place_m) < away_m + 2.0
+        assert other is not None and away_m <= math.dist(other.place_m, place.place_m) <= away_m + 2.0
         assert places.is_free(over, place.place_m) and not places.is_free(over, place.place_m, stands)
     over.odds[0][row, column] = 1.0
     assert not places.is_free(over, place.place_m), "it was seen to be water after all"
     assert not places.is_free(over, (500.0, 0.0))
+
+
+def test_best_is_farther_from_what_spreads_meanwhile() -> None:
+    over, water, _ = a_place()
+    fire = water._replace(label="fire_region")
+    beside, ahead = (places.choose(over, one, (5.0, 14.0)) for one in (water, fire))
+    assert beside is not None and ahead is not None
+    off_m = [POND[0] - place.place_m[0] for place in (beside, ahead)]
+    assert off_m == pytest.approx([places.BEST_M, places.BEST_M + places.SPREADS_M], abs=0.5) and off_m[0] < off_m[1]
 
 
 def test_a_place_that_is_gone_to_is_kept_with_less_room_than_one_is_chosen_with() -> None:
@@ -285,7 +295,7 @@ def test_a_place_that_is_gone_to_is_kept_with_less_room_than_one_is_chosen_with(
             assert still.place_m == place.place_m and math.dist(still.edge_m, place.edge_m) < 0.1
     assert places.kept(over, region, place, allowed=nowhere) is None, "beyond the fence"
     assert places.kept(over, region, place._replace(place_m=(500.0, 0.0))) is None
-    farther = place._replace(place_m=(n - 1.0, e))
+    farther = place._replace(place_m=(n - 2.0, e))
     there = np.hypot(over.north_m - farther.place_m[0], over.east_m - farther.place_m[1]) < 0.1
     assert there.any() and places.choose(over, region, farther.place_m, there) is None, "4.5 m from the edge"
     assert places.choose(over, region, farther.place_m, there, closer=True) is not None, "it is the last there is"
