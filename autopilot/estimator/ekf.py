@@ -131,8 +131,8 @@ class Ekf:
         self.height_reference = UNKNOWN
         self.counts = (0,) * 6
         """Counters of resets at the beginning of this step: several resets in it tell one change."""
-        self.ne_vision = False
-        """Vision gives north: its frame is NED."""
+        self.ne_vision_pos = self.ne_vision_vel = False
+        """Vision's position gives north, and so does its velocity: each in NED."""
         self.baro_bias, self.gnss_hgt_bias, self.ev_hgt_bias = BiasEstimator(), BiasEstimator(), BiasEstimator()
         self.ev_pos_bias = (BiasEstimator(), BiasEstimator())
         self.on_yaw_change: Quaternion | None = None
@@ -519,7 +519,7 @@ class Ekf:
     def north_east_aiding(self) -> bool:
         """What aids horizontally knows where north is."""
         flags = self.flags
-        vision = self.ne_vision and (flags.ev_pos or flags.ev_vel)
+        vision = (self.ne_vision_pos and flags.ev_pos) or (self.ne_vision_vel and flags.ev_vel)
         return flags.gnss_pos or flags.gnss_vel or vision or flags.aux_gpos
 
     # --- what is known -------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion
 
-from .estimator_feed import LAT, Feed
+from .estimator_feed import LAT, Feed, standing
 from .mavlink_peer import Peer
 from .test_estimator import circle
 
@@ -35,7 +35,7 @@ class Seen(Feed):
     def __init__(self, path: Any = circle, **parameters: float) -> None:
         super().__init__(path, **parameters)
         self.vision = True
-        self.frame = FRAME_NED
+        self.frame = self.velocity_frame = FRAME_NED
         self.offset = (0.0, 0.0, 0.0)
         self.turned = 0.0
         self.resets = 0
@@ -58,7 +58,7 @@ class Seen(Feed):
                 self.frame,
                 (x + ox, y + oy, z + oz),
                 quaternion(0.0, 0.0, self.yaw + self.turned),
-                self.frame,
+                self.velocity_frame,
                 (vx, vy, vz),
                 reset_counter=self.resets,
                 quality=self.quality,
@@ -144,14 +144,33 @@ def test_gps_stays_the_position_where_there_is_gps() -> None:
 
 def test_a_frame_of_unknown_heading_is_turned_to_the_filters_or_the_filter_to_it() -> None:
     feed = Seen(EKF2_GPS_CTRL=0, EKF2_EV_CTRL=5)
-    feed.frame, feed.turned = FRAME_FRD, 1.0
+    feed.frame = feed.velocity_frame = FRAME_FRD
+    feed.turned = 1.0
     feed.run(20.0)
     # The heading, by compass, is a few hundredths off, at 40 m from where it began.
     assert feed.error_m() < 3.0
     feed = Seen(**WITHOUT_GPS)
-    feed.frame, feed.turned = FRAME_FRD, 1.0
+    feed.frame = feed.velocity_frame = FRAME_FRD
+    feed.turned = 1.0
     feed.run(20.0)
     assert feed.topics.vehicle_local_position.heading == pytest.approx(feed.yaw + 1.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("control", "pose", "velocity", "north"), [
+    (4, FRAME_NED, FRAME_NED, True),
+    (4, FRAME_NED, FRAME_BODY_FRD, False),
+    (4, FRAME_FRD, FRAME_NED, True),
+    (1, FRAME_NED, FRAME_BODY_FRD, True),
+    (1, FRAME_FRD, FRAME_NED, False),
+])  # fmt: skip
+def test_only_what_is_fused_in_ned_shows_where_north_is(control: int, pose: int, velocity: int, north: bool) -> None:
+    """Position and velocity have a frame each (isNorthEastAidingActive in EKF/estimator_interface.cpp)."""
+    feed = Seen(standing, EKF2_GPS_CTRL=0, EKF2_EV_CTRL=control)
+    feed.frame, feed.velocity_frame = pose, velocity
+    feed.run(5.0)
+    flags = feed.estimator.ekf.flags
+    assert (flags.ev_pos, flags.ev_vel) == (control == 1, control == 4)
+    assert feed.estimator.ekf.north_east_aiding is north
 
 
 def test_height_by_vision() -> None:

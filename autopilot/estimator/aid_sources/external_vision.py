@@ -76,7 +76,7 @@ class ExternalVision:
         ekf.apply()
         if good:
             self._previous = sample
-            ekf.ne_vision = sample.pos_frame == FRAME_NED
+            ekf.ne_vision_pos, ekf.ne_vision_vel = sample.pos_frame == FRAME_NED, sample.vel_frame == FRAME_NED
 
     def _follow_turn(self, sample: VisionSample, *, jumped: bool) -> None:
         """The turn from vision's axes to the filter's, slowly followed."""
