@@ -137,15 +137,13 @@ def reset_altitude(ekf: Ekf, altitude_m: float, variance: float) -> None:
     """Altitude AMSL (or above where it began, without one), and with it all that is kept relative to it."""
     ekf.apply()
     ekf.predict_covariance()
-    state, flags, resets = ekf.state, ekf.flags, ekf.resets
+    state, flags = ekf.state, ekf.flags
     delta_d = state.alt - altitude_m
     state.alt = altitude_m
     if math.isfinite(variance):
         cov.uncorrelate(ekf.p, cov.HEIGHT, (max(LEAST_VARIANCE, variance),))
     ekf.output.reset_position(0.0, 0.0, delta_d)
-    first = resets.pos_d == ekf.counts[3]
-    resets.pos_d_change = delta_d if first else resets.pos_d_change + delta_d
-    resets.pos_d += 1
+    _count_height_reset(ekf, delta_d)
     if flags.baro_hgt:
         ekf.baro_bias.bias += delta_d
     if flags.ev_hgt:
@@ -155,6 +153,13 @@ def reset_altitude(ekf: Ekf, altitude_m: float, variance: float) -> None:
     count_terrain_reset(ekf, delta_d)
     state.terrain += delta_d
     ekf.hgt_fused_us = ekf.time_us
+
+
+def _count_height_reset(ekf: Ekf, delta_d: float) -> None:
+    resets = ekf.resets
+    first = resets.pos_d == ekf.counts[3]
+    resets.pos_d_change = delta_d if first else resets.pos_d_change + delta_d
+    resets.pos_d += 1
 
 
 def count_terrain_reset(ekf: Ekf, delta_d: float) -> None:
@@ -225,7 +230,6 @@ def move_origin(ekf: Ekf, latitude_deg: float, longitude_deg: float, altitude_am
     Where nobody knows a place on the globe yet, the vehicle stays where it is in the local frame.
     """
     ekf.apply()
-    ekf.counts = (-1,) * 6
     state, before = ekf.state, ekf.origin
     _set_origin(ekf, MapProjection(latitude_deg, longitude_deg))
     if before is not None and ekf.origin is not None:
@@ -236,12 +240,15 @@ def move_origin(ekf: Ekf, latitude_deg: float, longitude_deg: float, altitude_am
         ekf.last_known_position = known
         ekf.output.reset_position(*delta, 0.0)
         _count_position_reset(ekf, delta)
+    elif ekf.local_horizontal_valid:
+        _count_position_reset(ekf, (0.0, 0.0))
+        ekf.hor_pos_fused_us = ekf.time_us
     if math.isfinite(altitude_amsl_m):
         _move_origin_altitude(ekf, altitude_amsl_m)
 
 
 def _move_origin_altitude(ekf: Ekf, altitude_amsl_m: float) -> None:
-    resets = ekf.resets
+    """Where heights count from; PX4 tells the jump with the wrong sign (setAltOrigin in EKF/ekf_helper.cpp)."""
     if not math.isfinite(ekf.origin_alt) and ekf.local_vertical_valid:
         above_start = ekf.state.alt
         ekf.origin_alt = altitude_amsl_m
@@ -249,6 +256,5 @@ def _move_origin_altitude(ekf: Ekf, altitude_amsl_m: float) -> None:
         return
     change = altitude_amsl_m - ekf.origin_alt if math.isfinite(ekf.origin_alt) else 0.0
     ekf.origin_alt = altitude_amsl_m
-    resets.pos_d_change = resets.hagl_change = change
-    resets.pos_d += 1
-    resets.hagl += 1
+    _count_height_reset(ekf, -change)
+    count_terrain_reset(ekf, -change)

@@ -84,6 +84,24 @@ def test_a_new_origin_leaves_the_vehicle_where_it_is(altitude_m: float) -> None:
     assert after.alt == pytest.approx(before.alt, abs=0.7)
 
 
+def test_a_new_origin_tells_by_how_much_it_moved_the_frame_alone() -> None:
+    """Not by how much the origins before did; heights with the sign of setAltOrigin (EKF/ekf_helper.cpp)."""
+    feed = Feed()
+    feed.run(5.0)
+    alt_m = feed.topics.vehicle_local_position.ref_alt
+    for north_deg, up_m in ((-0.01, 30.0), (0.0, 0.0)):
+        before = feed.topics.vehicle_local_position
+        assert give(feed, GLOBAL_ORIGIN, 0, 0, 0, 0, LAT + north_deg, LON, alt_m + up_m) == ACCEPTED
+        feed.run(0.5)
+        local = feed.topics.vehicle_local_position
+        assert (local.xy_reset_counter, local.z_reset_counter) == (
+            before.xy_reset_counter + 1,
+            before.z_reset_counter + 1,
+        )
+        assert local.delta_xy == pytest.approx((local.x - before.x, local.y - before.y), abs=0.5)
+        assert local.delta_z == local.delta_dist_bottom == pytest.approx(before.ref_alt - local.ref_alt)
+
+
 def test_an_origin_off_the_globe() -> None:
     assert give(Feed(), GLOBAL_ORIGIN, 0, 0, 0, 0, 91.0, 0.0, 0.0) == FAILED
 

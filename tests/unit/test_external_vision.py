@@ -280,9 +280,11 @@ def test_what_the_filter_does_not_look_at() -> None:
 def test_a_place_on_earth_can_be_given_to_a_vehicle_that_sees_alone() -> None:
     feed = Seen(**WITHOUT_GPS)
     feed.run(10.0)
+    resets = feed.topics.vehicle_local_position.xy_reset_counter
     move_origin(feed.estimator.ekf, 47.0, 8.0, 500.0)
     feed.run(1.0)
-    place = feed.topics.vehicle_global_position
+    local, place = feed.topics.vehicle_local_position, feed.topics.vehicle_global_position
+    assert (local.xy_reset_counter, local.delta_xy) == (resets + 1, (0.0, 0.0))
     (x, _, z), _, _ = feed.path(feed.time_s)
     assert place.valid
     assert (place.lat - 47.0) * 111_195.0 == pytest.approx(x, abs=0.5)
