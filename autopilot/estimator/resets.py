@@ -18,6 +18,9 @@ from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
 LEAST_VARIANCE: Final = 0.01**2
 YAW_RESET_TURNS_VELOCITY_RAD: Final = 0.3
+EQUATORIAL_RADIUS_M: Final = 6378137.0
+ECCENTRICITY_SQUARED: Final = 0.0818191908425**2
+"""WGS 84 (src/lib/lat_lon_alt/lat_lon_alt.hpp)."""
 
 
 def reset_velocity(ekf: Ekf, velocity: Vector3, variances: Vector3) -> None:
@@ -118,6 +121,19 @@ def reset_to_place(ekf: Ekf, latitude_deg: float, longitude_deg: float, variance
         _set_origin(ekf, origin)
     assert ekf.origin is not None
     reset_horizontal_position(ekf, ekf.origin.project(latitude_deg, longitude_deg), (variance, variance))
+
+
+def from_nowhere_m(latitude_deg: float, longitude_deg: float, seen_from_deg: float) -> tuple[float, float]:
+    """How far north and east of 0° N 0° E a place lies, by the Earth's curvature at latitude `seen_from_deg`.
+
+    There PX4 counts from before it has an origin. The exponent is LatLonAlt's (computeRadiiOfCurvature): 5/2, where the
+    ellipsoid has 3/2.
+    """
+    seen_from = math.radians(seen_from_deg)
+    flattened = 1.0 - ECCENTRICITY_SQUARED * math.sin(seen_from) ** 2
+    meridian_m = EQUATORIAL_RADIUS_M * (1.0 - ECCENTRICITY_SQUARED) / flattened**2.5
+    parallel_m = EQUATORIAL_RADIUS_M / math.sqrt(flattened) * math.cos(seen_from)
+    return meridian_m * math.radians(latitude_deg), parallel_m * math.radians(longitude_deg)
 
 
 def _set_origin(ekf: Ekf, origin: MapProjection) -> None:

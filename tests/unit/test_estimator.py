@@ -86,6 +86,19 @@ def test_without_gps_there_is_height_but_no_position() -> None:
     assert math.isnan(local.ref_lat) and not feed.topics.vehicle_global_position.valid
 
 
+def test_a_fix_that_is_not_trusted_lies_thousands_of_kilometres_away() -> None:
+    """Before there is an origin the filter stands at 0° N 0° E.
+
+    Innovations and GPS_GLITCH as in PX4's log (estimator_aid_src_gnss_pos, estimator_status: shared/px4/ulog).
+    """
+    feed = Feed(EKF2_REQ_NSATS=30)
+    feed.run(2.0)
+    north, east = feed.topics.estimator_aid_src_gnss_pos.innovation
+    assert (north, east) == pytest.approx((-5240971.0, -951291.0), rel=1e-5)
+    assert feed.topics.estimator_status.solution_status_flags & 1024
+    assert not feed.topics.estimator_status_flags.cs_gnss_pos
+
+
 def test_position_ends_five_seconds_after_the_last_fix_and_comes_back() -> None:
     feed = Feed(circle)
     feed.run(10.0)

@@ -10,7 +10,7 @@ from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.aid_sources.gnss_checks import GnssChecks
 from sitl_emu.autopilot.estimator.ekf import RESET_TIMEOUT_US, Ekf
-from sitl_emu.autopilot.estimator.resets import reset_to_place, reset_velocity, reset_yaw
+from sitl_emu.autopilot.estimator.resets import from_nowhere_m, reset_to_place, reset_velocity, reset_yaw
 from sitl_emu.autopilot.estimator.samples import GnssSample, ImuSample, SampleBuffer
 from sitl_emu.autopilot.estimator.yaw_estimator import YawEstimator
 from sitl_emu.autopilot.topics import Vector3
@@ -129,7 +129,10 @@ class Gnss:
             noise = min(noise, value["EKF2_NOAID_NOISE"])
         variance = max(noise, LEAST_NOISE) ** 2
         on, oe, _ = state.to_earth(*self.offset(sample))
-        north, east = (0.0, 0.0) if ekf.origin is None else ekf.origin.project(sample.lat, sample.lon)
+        if ekf.origin is None:
+            north, east = from_nowhere_m(sample.lat, sample.lon, 0.0)
+        else:
+            north, east = ekf.origin.project(sample.lat, sample.lon)
         self._measured = (north - on, east - oe)
         innovations = (state.pn - self._measured[0], state.pe - self._measured[1])
         variances = (ekf.variance(cov.POSITION) + variance, ekf.variance(cov.POSITION + 1) + variance)
