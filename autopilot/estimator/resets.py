@@ -113,13 +113,18 @@ def _count_position_reset(ekf: Ekf, delta: tuple[float, float]) -> None:
 
 
 def reset_to_place(ekf: Ekf, latitude_deg: float, longitude_deg: float, variance: float) -> None:
-    """The vehicle is at this place. Without an origin it becomes one, less what was counted from the start."""
+    """The vehicle is at this place. Without an origin it becomes one, less what was counted from the start.
+
+    The last known place stays where it was on the globe.
+    """
     if ekf.origin is None:
         origin = MapProjection(latitude_deg, longitude_deg)
         if ekf.local_horizontal_valid:
             origin = MapProjection(*origin.reproject(-ekf.state.pn, -ekf.state.pe))
         _set_origin(ekf, origin)
-    assert ekf.origin is not None
+        n, e = ekf.origin.project(latitude_deg, longitude_deg)
+        away_n, away_e = from_nowhere_m(latitude_deg, longitude_deg, latitude_deg)
+        ekf.last_known_position = (ekf.last_known_position[0] + n - away_n, ekf.last_known_position[1] + e - away_e)
     reset_horizontal_position(ekf, ekf.origin.project(latitude_deg, longitude_deg), (variance, variance))
 
 

@@ -99,6 +99,22 @@ def test_a_fix_that_is_not_trusted_lies_thousands_of_kilometres_away() -> None:
     assert not feed.topics.estimator_status_flags.cs_gnss_pos
 
 
+def test_the_first_fix_leaves_the_last_known_place_behind() -> None:
+    """PX4's log has fake positions 5289 km north of it (estimator_aid_src_fake_pos), until 0.4 s later they begin anew."""
+    feed = Feed()
+    while feed.estimator.ekf.origin is None:
+        feed.step()
+    fixed = feed.topics.vehicle_local_position
+    feed.run(0.3)
+    fake = feed.topics.estimator_aid_src_fake_pos
+    assert fake.innovation_rejected and fake.innovation == pytest.approx((5289202.0, 645154.0), rel=1e-3)
+    feed.run(0.4)
+    local, fake = feed.topics.vehicle_local_position, feed.topics.estimator_aid_src_fake_pos
+    assert fake.fused and abs(fake.innovation[0]) < 0.1
+    assert local.xy_reset_counter == fixed.xy_reset_counter + 1
+    assert local.vxy_reset_counter == fixed.vxy_reset_counter + 1
+
+
 def test_position_ends_five_seconds_after_the_last_fix_and_comes_back() -> None:
     feed = Feed(circle)
     feed.run(10.0)
