@@ -100,7 +100,7 @@ def test_a_fix_that_is_not_trusted_lies_thousands_of_kilometres_away() -> None:
 
 
 def test_the_first_fix_leaves_the_last_known_place_behind() -> None:
-    """PX4's log has fake positions 5289 km north of it (estimator_aid_src_fake_pos), until 0.4 s later they begin anew."""
+    """In PX4's log 5289 km lie between (estimator_aid_src_fake_pos), until 0.4 s later it is known anew."""
     feed = Feed()
     while feed.estimator.ekf.origin is None:
         feed.step()
@@ -111,6 +111,7 @@ def test_the_first_fix_leaves_the_last_known_place_behind() -> None:
     feed.run(0.4)
     local, fake = feed.topics.vehicle_local_position, feed.topics.estimator_aid_src_fake_pos
     assert fake.fused and abs(fake.innovation[0]) < 0.1
+    assert fake.observation == pytest.approx((LAT, LON), abs=1e-4), "degrees, as PX4's log has them"
     assert local.xy_reset_counter == fixed.xy_reset_counter + 1
     assert local.vxy_reset_counter == fixed.vxy_reset_counter + 1
 

@@ -10,6 +10,7 @@ from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.resets import reset_horizontal_position, reset_horizontal_velocity
+from sitl_emu.core.geodesy import MapProjection
 
 EVERY_US: Final = 200_000
 FAILING_US: Final = 400_000
@@ -19,6 +20,8 @@ MOVING_NOISE_M: Final = 0.5
 LEAST_FLYING_NOISE_M: Final = 1.0
 WELL_ALIGNED_RAD2: Final = math.radians(3.0) ** 2
 UNKNOWN_VELOCITY_VARIANCE: Final = 25.0
+FROM_ZERO: Final = MapProjection(0.0, 0.0)
+"""Where places are counted from before there is an origin (getLocalHorizontalPosition in EKF/position_fusion.cpp)."""
 
 
 class FakePosition:
@@ -44,7 +47,8 @@ class FakePosition:
         variance, state, known = noise * noise, ekf.state, ekf.last_known_position
         innovation = (state.pn - known[0], state.pe - known[1])
         variances = (ekf.variance(cov.POSITION) + variance, ekf.variance(cov.POSITION + 1) + variance)
-        aid.update(ekf.time_us, (state.pn, state.pe), (variance, variance), innovation, variances, GATE)
+        place = (ekf.origin or FROM_ZERO).reproject(state.pn, state.pe)
+        aid.update(ekf.time_us, place, (variance, variance), innovation, variances, GATE)
         valid = flags.constant_pos or flags.vehicle_at_rest
         loose = (
             not valid
