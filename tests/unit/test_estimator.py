@@ -155,6 +155,16 @@ def test_a_jump_of_the_gps_is_gated_and_after_seven_seconds_believed() -> None:
     assert error == pytest.approx(60.0, abs=2.0)
 
 
+def test_the_first_fix_is_of_the_antenna_and_the_origin_where_the_vehicle_is() -> None:
+    """Position observations of PX4 have SENS_GPS0_OFFX taken off (updateGnssPos in EKF/aid_sources/gnss)."""
+    feed = Feed(yaw=0.0, SENS_GPS0_OFFX=3.0)
+    feed.run(6.0)
+    local, fix = feed.topics.vehicle_local_position, feed.topics.estimator_aid_src_gnss_pos
+    assert math.hypot(local.x, local.y) < 0.5
+    assert (local.ref_lat - LAT) * 111_195.0 == pytest.approx(-3.0, abs=0.5)
+    assert (fix.observation[0] - LAT) * 111_195.0 == pytest.approx(-3.0, abs=0.5)
+
+
 def test_height_goes_on_without_barometer() -> None:
     feed = Feed(circle)
     feed.run(8.0)

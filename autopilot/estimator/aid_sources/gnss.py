@@ -14,7 +14,7 @@ from sitl_emu.autopilot.estimator.resets import from_nowhere_m, reset_to_place, 
 from sitl_emu.autopilot.estimator.samples import GnssSample, ImuSample, SampleBuffer
 from sitl_emu.autopilot.estimator.yaw_estimator import YawEstimator
 from sitl_emu.autopilot.topics import Vector3
-from sitl_emu.core.geodesy import wrap_pi
+from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
 FUSION_SOURCE: Final = 0
 HPOS: Final = 1
@@ -44,7 +44,6 @@ class Gnss:
         self.pos, self.vel = AidSource(2), AidSource(3)
         self.sample: GnssSample | None = None
         self.ready = self.stopped = False
-        self._measured = (0.0, 0.0)
 
     @property
     def intended(self) -> bool:
@@ -89,7 +88,7 @@ class Gnss:
         self._control_yaw_estimator()
         force_reset = self._yaw_emergency()
         self._control_velocity(force_reset=force_reset)
-        self._control_position(sample, force_reset=force_reset)
+        self._control_position(force_reset=force_reset)
         ekf.apply()
 
     # --- observations --------------------------------------------------------------------------------------
@@ -128,16 +127,20 @@ class Gnss:
             # Nothing else holds the attitude: the receiver has to, however poor it is.
             noise = min(noise, value["EKF2_NOAID_NOISE"])
         variance = max(noise, LEAST_NOISE) ** 2
-        on, oe, _ = state.to_earth(*self.offset(sample))
-        if ekf.origin is None:
-            north, east = from_nowhere_m(sample.lat, sample.lon, 0.0)
-        else:
-            north, east = ekf.origin.project(sample.lat, sample.lon)
-        self._measured = (north - on, east - oe)
-        innovations = (state.pn - self._measured[0], state.pe - self._measured[1])
+        place = self._place(sample)
+        north, east = from_nowhere_m(*place, 0.0) if ekf.origin is None else ekf.origin.project(*place)
+        innovations = (state.pn - north, state.pe - east)
         variances = (ekf.variance(cov.POSITION) + variance, ekf.variance(cov.POSITION + 1) + variance)
         gate = max(value["EKF2_GPS_P_GATE"], 1.0)
-        aid.update(sample.time_us, (sample.lat, sample.lon), (variance, variance), innovations, variances, gate)
+        aid.update(sample.time_us, place, (variance, variance), innovations, variances, gate)
+
+    def _place(self, sample: GnssSample) -> tuple[float, float]:
+        """Latitude and longitude of the IMU: the antenna's, less where that sits."""
+        offset = self.offset(sample)
+        if not any(offset):
+            return sample.lat, sample.lon
+        north, east, _ = self._ekf.state.to_earth(*offset)
+        return MapProjection(sample.lat, sample.lon).reproject(-north, -east)
 
     # --- velocity ------------------------------------------------------------------------------------------
 
@@ -195,7 +198,7 @@ class Gnss:
 
     # --- position ------------------------------------------------------------------------------------------
 
-    def _control_position(self, sample: GnssSample, *, force_reset: bool) -> None:
+    def _control_position(self, *, force_reset: bool) -> None:
         ekf, flags, aid = self._ekf, self._ekf.flags, self.pos
         enabled = bool(int(ekf.settings["EKF2_GPS_CTRL"]) & HPOS)
         usable = enabled and flags.tilt_align and flags.yaw_align and not flags.gnss_hgt_fault
@@ -206,7 +209,7 @@ class Gnss:
             ekf.fuse_horizontal_position(aid)
             if ekf.timed_out(aid.time_last_fuse, RESET_TIMEOUT_US) or force_reset:
                 if self._position_reset_allowed():
-                    self._reset_position(sample)
+                    self._reset_position()
                 else:
                     self._stop_position()
                     flags.gnss_fault = True
@@ -215,14 +218,14 @@ class Gnss:
             return
         if not usable:
             if ekf.origin is None:
-                self._reset_position(sample)
+                self._reset_position()
             return
         fits = aid.test_ratio[0] < 1.0 and aid.test_ratio[1] < 1.0
         started = False
         if ekf.origin is not None and ekf.was_yaw_aligned and not force_reset and fits:
             started = ekf.fuse_horizontal_position(aid)
         if ekf.origin is None or (not started and self._position_reset_allowed()):
-            self._reset_position(sample)
+            self._reset_position()
             started = True
         if started:
             ekf.events.add("starting_gps_fusion")
@@ -236,10 +239,11 @@ class Gnss:
             return not ekf.other_horizontal_aid(flags.gnss_pos)
         return ekf.horizontal_position_aids() <= int(flags.gnss_pos)
 
-    def _reset_position(self, sample: GnssSample) -> None:
+    def _reset_position(self) -> None:
         ekf, aid = self._ekf, self.pos
         ekf.events.add("reset_pos_to_gps")
-        reset_to_place(ekf, sample.lat, sample.lon, aid.observation_variance[0] + aid.observation_variance[1])
+        latitude, longitude = aid.observation
+        reset_to_place(ekf, latitude, longitude, aid.observation_variance[0] + aid.observation_variance[1])
         aid.reset(ekf.time_us)
 
     def _stop_position(self) -> None:
