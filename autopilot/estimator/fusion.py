@@ -108,7 +108,7 @@ class Fusion:
 
     def _control(self, imu: ImuSample) -> None:
         """An aid is looked after when a sample of it has come to the horizon, and when its samples stay away."""
-        time_us, flags = imu.time_us, self.ekf.flags
+        ekf, time_us, flags = self.ekf, imu.time_us, self.ekf.flags
         self._gather(imu)
         looks_after = self._steps >= LOOK_AFTER_STEPS
         late_us = time_us - LATE_US if looks_after else 0
@@ -131,12 +131,13 @@ class Fusion:
             self.baro.control(time_us)
         if self.range.buffer.due(time_us, late_us):
             self.range.control(time_us)
+        find_height_reference(ekf)
         if self.vision.buffer.due(time_us, late_us):
             self.vision.control(imu)
         if looks_after:
             self._look_after(imu)
         yaw_aiding = flags.mag_hdg or flags.mag_3d or flags.ev_yaw
-        flags.heading_observable = yaw_aiding or self.ekf.north_east_aiding
+        flags.heading_observable = yaw_aiding or ekf.north_east_aiding
 
     def _gather(self, imu: ImuSample) -> None:
         """Add up the IMU since the aids were last looked after."""
@@ -159,7 +160,6 @@ class Fusion:
             flags.tilt_align = ekf.tilt_variance() < ALIGNED_RAD2
         self.gnss.follow(gathered, steps)
         check_vertical_acceleration(ekf, self._vertical_aids())
-        find_height_reference(ekf)
         self.gravity.control(gathered)
         self.range.control_terrain()
         self.range.update_terrain_validity(self.flow.aid.time_last_fuse)

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from sitl_emu.autopilot.estimator.ekf import RANGE
 from sitl_emu.autopilot.topics import DistanceSensorSample, Vector3
 from tests.typed import now
 from tests.unit.estimator_feed import ALT_M, DECLINATION, LAT, LON, Feed
@@ -205,6 +206,18 @@ def test_distance_to_ground() -> None:
     assert local.dist_bottom_valid and local.dist_bottom == pytest.approx(2.0 - local.z, abs=0.2)
     feed.run(1.5)
     assert not feed.topics.vehicle_local_position.dist_bottom_valid
+
+
+def test_heights_that_count_from_the_ground_do_so_all_the_time() -> None:
+    """EKF2_RNG_CTRL 2 gives the reference up with each sample; the fallback takes it again in the same step."""
+    feed = Feed(EKF2_HGT_REF=2, EKF2_RNG_CTRL=2)
+    references = set()
+    for _ in range(150):
+        feed.run(0.04)
+        feed.topics.distance_sensor = DistanceSensorSample(feed.ticks * 4000, 0.5, 0.1, 12.0)
+        references.add(feed.estimator.ekf.height_reference if feed.time_s > 5.0 else RANGE)
+    assert feed.estimator.ekf.flags.rng_hgt
+    assert references == {RANGE}
 
 
 def test_same_sensors_same_estimate() -> None:
