@@ -94,6 +94,8 @@ LOWEST_QNH_HPA: Final = 500.0
 """SENS_BARO_QNH has this for its lower bound."""
 GAS_CONSTANT_J_KG_K: Final = 287.1
 ABSOLUTE_ZERO_C: Final = -273.15
+AMBIENT_C: Final = 15.0
+"""Of the air, as no barometer inside a vehicle knows it (DEFAULT_TEMPERATURE_CELSIUS, VehicleAirData.cpp)."""
 QUALITY_STEPS: Final = 99
 
 
@@ -148,7 +150,7 @@ class Sensors:
         """FAILURE_TYPE of each."""
         self._imu_fails = False
         self._integrator = ImuIntegrator(topics)
-        self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(2, keeps_pace=True)
+        self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(1, keeps_pace=True)
         self._mag_calibrations = self._baro_calibrations = 0
         self._average_current_a = NAN
         self._estimator: BatteryEstimator | None = None
@@ -231,25 +233,25 @@ class Sensors:
         if updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf and self._baro != OFF:
             if self._baro == STUCK:
                 topics.sensor_baro = topics.sensor_baro._replace(timestamp=now_us)
-                pressure_hpa, temperature_c = topics.sensor_baro.pressure_pa * 0.01, topics.sensor_baro.temperature_c
+                pressure_hpa = topics.sensor_baro.pressure_pa * 0.01
             else:
                 baro_alt_m = altitude_m(pressure_hpa, float(self._parameters["SENS_BARO_QNH"]))
                 topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c)
-            self._average_baro(now_us, pressure_hpa, temperature_c)
+            self._average_baro(now_us, pressure_hpa)
 
-    def _average_baro(self, now_us: int, pressure_hpa: float, temperature_c: float) -> None:
-        due = self._baro_mean.add(now_us, (pressure_hpa, temperature_c), self._parameters["SENS_BARO_RATE"])
+    def _average_baro(self, now_us: int, pressure_hpa: float) -> None:
+        due = self._baro_mean.add(now_us, (pressure_hpa,), self._parameters["SENS_BARO_RATE"])
         if due is None:
             return
-        sample_us, (pressure_hpa, temperature_c) = due
+        sample_us, (pressure_hpa,) = due
         pressure_pa = pressure_hpa * 100.0
         self._topics.vehicle_air_data = VehicleAirData(
             now_us,
             sample_us,
             altitude_m(pressure_hpa, float(self._parameters["SENS_BARO_QNH"])),
             pressure_pa,
-            temperature_c,
-            pressure_pa / (GAS_CONSTANT_J_KG_K * max(temperature_c - ABSOLUTE_ZERO_C, 1.0)),
+            AMBIENT_C,
+            pressure_pa / (GAS_CONSTANT_J_KG_K * (AMBIENT_C - ABSOLUTE_ZERO_C)),
             self._baro_calibrations,
         )
 

@@ -40,6 +40,14 @@ def test_pressure_altitude_is_the_standard_atmosphere_s() -> None:
     assert altitude_m(898.746, 1013.25) == pytest.approx(1000.0, abs=0.5)
 
 
+def test_the_air_is_as_warm_as_nobody_measured_whatever_the_barometer_s_temperature() -> None:
+    """VehicleAirData's AirTemperatureUpdate; a real PX4 v1.18 (SIH) logged 15 °C while its sensor_baro said 11.8."""
+    reader, topics = sensors()
+    reader.update([IMU._replace(time_usec=100_000, temperature=-40.0)])
+    assert topics.vehicle_air_data.ambient_temperature == 15.0
+    assert topics.vehicle_air_data.rho == pytest.approx(95_500.0 / (287.1 * 288.15))
+
+
 def test_gps_units() -> None:
     reader, topics = sensors()
     gps = HilGps(4000, 473977400, 85455940, 488123, 90, 178, 500, 100, -200, 30, 0, 3, 10, 0, 0)

@@ -36,11 +36,8 @@ SIMULATED_BAROMETER, SIMULATED_MAGNETOMETER, SIMULATED_GPS, SIMULATED_DISTANCE_S
 """Device ids of PX4's simulated sensors (bus type SIMULATION, DRV_*_DEVTYPE_SIM)."""
 IMU_TEMPERATURE_C = 15.0
 """Of SIH's IMU (T1_C, simulator_sih/sih.hpp)."""
-AMBIENT_TEMPERATURE_C = 15.0
-"""What vehicle_air_data takes without a thermometer outside (temperature_source 0)."""
-AIR_GAS_CONSTANT = 287.1
-"""J/(kg·K): density from pressure and temperature."""
-KELVIN = 273.15
+DEFAULT_TEMPERATURE = 0
+"""vehicle_air_data's temperature_source: nobody measured it."""
 ESCS = 12
 FIRST_MOTOR = 101
 """Output function of motor 1."""
@@ -124,9 +121,8 @@ def sensors_status_imu(pack: Pack, record: SensorsStatusImu) -> bytes:
 @row("vehicle_air_data")
 def vehicle_air_data(pack: Pack, record: VehicleAirData) -> bytes:
     """Pressure altitude, and the density that goes with it."""
-    time_us, sample_us, altitude, pressure, _, _, calibrations = record
-    density = pressure / (AIR_GAS_CONSTANT * (AMBIENT_TEMPERATURE_C + KELVIN))
-    told = (SIMULATED_BAROMETER, altitude, pressure, AMBIENT_TEMPERATURE_C, density, 0, calibrations)
+    time_us, sample_us, altitude, pressure, temperature, rho, calibrations = record
+    told = (SIMULATED_BAROMETER, altitude, pressure, temperature, rho, DEFAULT_TEMPERATURE, calibrations)
     return pack(time_us, sample_us, *told)
 
 
