@@ -3,7 +3,8 @@
 EXTERNAL_POSITION_ESTIMATE moves the position, whatever aids it, and what aids it brings it back.
 EXTERNAL_ATTITUDE_ESTIMATE turns the heading. DO_SET_GLOBAL_ORIGIN moves the local frame under the vehicle.
 EXTERNAL_WIND_ESTIMATE sets the wind on the ground alone, and PX4 answers it twice: the filter accepts it, the commander
-does not know it. ESTIMATOR_SENSOR_ENABLE switches a sensor's fusion; before arming EKF2_SENS_EN keeps that.
+does not know it. ESTIMATOR_SENSOR_ENABLE switches a sensor's fusion; EKF2_SENS_EN keeps that, at once while disarmed,
+else after disarming.
 """
 
 import math
@@ -37,7 +38,7 @@ class EstimatorCommands:
     COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.ESTIMATOR)
 
     def __init__(self, estimator: Estimator, topics: Topics, parameters: Parameters) -> None:
-        self._ekf, self._fusion = estimator.ekf, estimator.fusion
+        self._estimator, self._ekf, self._fusion = estimator, estimator.ekf, estimator.fusion
         self._topics, self._parameters = topics, parameters
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
@@ -64,8 +65,7 @@ class EstimatorCommands:
         others = self._ekf.disabled - {source}
         self._ekf.disabled = others if enable else others | {source}
         if not self._topics.vehicle_status.armed:
-            enabled = sum(bits for other, bits in enumerate(ENABLE_BITS) if other not in self._ekf.disabled)
-            self._parameters.set("EKF2_SENS_EN", enabled | SECOND_GPS_BIT & int(self._parameters["EKF2_SENS_EN"]))
+            self._estimator.keep_enabled()
         return ACCEPTED if not enable or self._available(source) else TEMPORARILY_REJECTED
 
     def _available(self, source: int) -> bool:
@@ -115,7 +115,6 @@ class EstimatorCommands:
 
 
 MAG_TYPE_NONE: Final = 5
-SECOND_GPS_BIT: Final = 1 << 1
 
 
 def _is_place(command: VehicleCommand) -> bool:

@@ -127,6 +127,15 @@ class Estimator:
             enabled = int(self._settings["EKF2_SENS_EN"])
             self.ekf.disabled = frozenset(source for source, bits in enumerate(ENABLE_BITS) if not enabled & bits)
 
+    def keep_enabled(self) -> None:
+        """EKF2_SENS_EN becomes what is enabled just now; PX4 keeps no bit of a second GNSS (EKF2.cpp,
+        syncSensEnParam). Auxiliary positions are switched together, so that those keep theirs."""
+        told, kept = int(self._parameters["EKF2_SENS_EN"]), 0
+        for source, bits in enumerate(ENABLE_BITS):
+            if source not in self.ekf.disabled:
+                kept |= told & bits or bits
+        self._parameters.set("EKF2_SENS_EN", kept, notify=False)
+
     # --- samples -------------------------------------------------------------------------------------------
 
     def _feed(self, now_us: int) -> None:
@@ -268,7 +277,10 @@ class Estimator:
 
     def _on_system(self, now_us: int) -> None:
         """On the ground or in the air, at rest or not; EKF2_POS_LOCK holds the position of who is landed."""
+        was_armed = self._status.armed
         self._status, self._land = status, land = self._topics.vehicle_status, self._topics.vehicle_land_detected
+        if was_armed and not status.armed:
+            self.keep_enabled()
         in_air, at_rest, effect = status.armed, False, False
         if land.timestamp and now_us < land.timestamp + STATUS_TIMEOUT_US:
             in_air, at_rest, effect = not land.landed, land.at_rest, land.in_ground_effect

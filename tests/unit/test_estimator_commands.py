@@ -5,6 +5,7 @@ import math
 import pytest
 
 from sitl_emu.autopilot.estimator.commands import EstimatorCommands
+from sitl_emu.autopilot.topics import VehicleStatus
 from tests.unit.vehicle_command import vehicle_command
 
 from .estimator_feed import LAT, LON, Feed
@@ -37,6 +38,20 @@ def test_a_sensor_is_left_and_taken_again(source: int, flag: str) -> None:
     assert give(feed, SENSOR_ENABLE, source, NAN, 1) == ACCEPTED
     feed.run(3.0)
     assert getattr(feed.topics.estimator_status_flags, flag)
+
+
+def test_what_was_switched_in_flight_is_kept_after_disarming() -> None:
+    """EKF2.cpp, syncSensEnParam: at disarming, and at each command before; it knows no second GNSS (bit 1)."""
+    feed = Feed(EKF2_SENS_EN=8191 & ~0b11010000)
+    feed.topics.vehicle_status = VehicleStatus(armed=True)
+    feed.run(0.1)
+    assert give(feed, SENSOR_ENABLE, MAG, NAN, 0) == ACCEPTED
+    assert feed.parameters["EKF2_SENS_EN"] == 8191 & ~0b11010000
+    feed.topics.vehicle_status = VehicleStatus(armed=False)
+    feed.run(0.1)
+    assert feed.parameters["EKF2_SENS_EN"] == 8191 & ~(0b11010000 | 1 << 10 | 1 << 1)
+    assert give(feed, SENSOR_ENABLE, MAG, NAN, 1) == ACCEPTED
+    assert feed.parameters["EKF2_SENS_EN"] == 8191 & ~(0b11010000 | 1 << 1)
 
 
 @pytest.mark.parametrize("source", [9, 99, -1, NAN])
