@@ -19,6 +19,18 @@ WITH_YAW = 2
 """MC_AIRMODE."""
 MAG_FUSE_TYPES = (0, 1, 5, 6)
 """EKF2_MAG_TYPE: automatic, heading, none, at the start alone (EKF2.cpp, MagFuseType)."""
+SENSOR_DELAYS = (
+    "EKF2_AVEL_DELAY",
+    "EKF2_BARO_DELAY",
+    "EKF2_ASP_DELAY",
+    "EKF2_MAG_DELAY",
+    "EKF2_RNG_DELAY",
+    "SENS_GPS0_DELAY",
+    "SENS_GPS1_DELAY",
+    "EKF2_OF_DELAY",
+    "EKF2_EV_DELAY",
+)
+"""What EKF2_DELAY_MAX has to reach (EKF2.cpp, VerifyParams)."""
 CRAWL_SPEED_MARGIN = 1.2
 """MulticopterLandDetector::_update_params: MPC_LAND_CRWL and MPC_LAND_SPEED are so much faster than LNDMC_Z_VEL_MAX."""
 
@@ -33,8 +45,9 @@ class Correction(NamedTuple):
     text: str = ""
     """What the ground is told of it, where it is."""
     event: str = ""
-    tells_value: bool = False
-    """The event has the value that was wrong."""
+    tells: int = 0
+    """How much the event has of the value that was wrong and the one that it became."""
+    severity: Severity = Severity.CRITICAL
 
 
 def _land_detector_speed(parameters: Parameters) -> float:
@@ -54,6 +67,10 @@ def _gyro_rate(parameters: Parameters) -> int:
 def _mag_type(parameters: Parameters) -> int:
     kind = int(parameters["EKF2_MAG_TYPE"])
     return kind if kind in MAG_FUSE_TYPES else 0
+
+
+def _largest_delay(parameters: Parameters) -> float:
+    return max(float(parameters[name]) for name in ("EKF2_DELAY_MAX", *SENSOR_DELAYS))
 
 
 def _vehicle_type(parameters: Parameters) -> int:
@@ -84,7 +101,16 @@ EVERYWHERE = (
         True,
         text="EKF2_MAG_TYPE invalid, resetting to default",
         event="ekf2_mag_type_invalid",
-        tells_value=True,
+        tells=1,
+    ),
+    Correction(
+        "ekf2",
+        "EKF2_DELAY_MAX",
+        _largest_delay,
+        False,
+        event="nf_delay_max_too_small",
+        tells=2,
+        severity=Severity.WARNING,
     ),
     Correction("mavlink", "MAV_TYPE", _vehicle_type, False),
     Correction(
@@ -131,7 +157,7 @@ class ParameterCorrections:
             value, before = correction.corrected(parameters), parameters[name]
             if value == before:
                 continue
-            if correction.text:
-                told = (float(before),) if correction.tells_value else ()
-                self._texts.say(Severity.CRITICAL, correction.text, correction.event, *told, module=correction.module)
+            if correction.event:
+                told = (float(before), float(value))[: correction.tells]
+                self._texts.say(correction.severity, correction.text, correction.event, *told, module=correction.module)
             parameters.set(name, value, notify=correction.notifies)

@@ -62,6 +62,21 @@ def test_ekf2_says_what_it_reset() -> None:
     assert (event.id, event.arguments) == (event_id, pack(formats, (3.0,)))
 
 
+def test_the_estimator_lags_behind_as_long_as_its_latest_sensor() -> None:
+    """EKF2.cpp, VerifyParams: an event without a text."""
+    texts, parameters = Texts(), Parameters(VehicleKind.MULTICOPTER)
+    corrections = ParameterCorrections(parameters, texts, VehicleKind.MULTICOPTER.traits)
+    parameters.set("EKF2_EV_DELAY", 200.0)
+    corrections.update(SECOND_US)
+    assert not texts.events.recent
+    parameters.set("EKF2_EV_DELAY", 250.0)
+    corrections.update(3 * SECOND_US)
+    assert parameters["EKF2_DELAY_MAX"] == 250.0
+    (event,) = texts.events.recent
+    event_id, formats = layout("nf_delay_max_too_small")
+    assert (event.id, event.arguments, len(texts.recent)) == (event_id, pack(formats, (200.0, 250.0)), 0)
+
+
 @pytest.mark.parametrize(
     ("kind", "wanted", "corrected", "event"),
     [

@@ -335,6 +335,7 @@ DEFAULT = {
     "navigator_traffic_land": "Traffic nearby: landing",
     "navigator_traffic_resolved": "The traffic has gone",
     "navigator_traffic_rtl": "Traffic nearby: returning",
+    "nf_delay_max_too_small": "The estimator has to lag behind by {2:.0} ms, not {1:.0} ms: from the next start on",
     "orbit_radius_exceeded": "The orbit is too large",
     "rtl_completed_loiter": "Returned: holding",
     "rtl_failed_to_read_land_item": "Return: the mission's landing could not be read",
