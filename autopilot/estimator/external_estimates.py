@@ -46,6 +46,7 @@ def take_position(ekf: Ekf, place: tuple[float, float, float], accuracy_m: float
     if ekf.local_horizontal_valid:
         late_s = (ekf.time_us - measured_us) * 1e-6
         north, east = north + state.vn * late_s, east + state.ve * late_s
+        altitude_m -= state.vd * late_s
     innovation = (state.pn - north, state.pe - east)
     own = (ekf.variance(cov.POSITION), ekf.variance(cov.POSITION + 1))
     ratio = sum(part * part / (GATE * GATE * (spread + variance)) for part, spread in zip(innovation, own, strict=True))

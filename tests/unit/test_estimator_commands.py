@@ -73,6 +73,18 @@ def test_a_position_from_outside_holds_until_the_gps_has_its_way() -> None:
     assert north_m(feed) == pytest.approx(0.0, abs=1.0)
 
 
+def test_a_late_position_has_climbed_since() -> None:
+    """EKF/ekf.cpp, resetGlobalPosToExternalObservation: the whole velocity counts, not the horizontal one alone."""
+    feed = Feed()
+    feed.run(3.0)
+    feed.path = lambda time_s: ((0.0, 0.0, -2.0 * (time_s - 3.0)), (0.0, 0.0, -2.0), (0.0, 0.0, 0.0))
+    feed.estimator.ekf.state.vd = -2.0
+    feed.run(4.0)
+    assert give(feed, EXTERNAL_POSITION, 0, 5.0, 1, 0, LAT, LON, 1000.0) == ACCEPTED
+    feed.run(0.02)
+    assert feed.topics.vehicle_global_position.alt == pytest.approx(1010.0, abs=1.0)
+
+
 @pytest.mark.parametrize(("latitude", "result"), [(NAN, TEMPORARILY_REJECTED), (91.0, FAILED)])
 def test_a_position_that_is_none_changes_nothing(latitude: float, result: int) -> None:
     feed = Feed()
