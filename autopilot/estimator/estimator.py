@@ -14,7 +14,8 @@ from sitl_emu.autopilot.estimator.aid_sources.magnetometer import SAVE_GEO_DECL
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.fusion import Fusion
 from sitl_emu.autopilot.estimator.publication import IMU_HZ, Publication
-from sitl_emu.autopilot.estimator.records import Records
+from sitl_emu.autopilot.estimator.records import ACCEL, GYRO, MAG, Records
+from sitl_emu.autopilot.estimator.resets import reset_accel_bias, reset_gyro_bias
 from sitl_emu.autopilot.estimator.samples import (
     AuxiliarySample,
     BaroSample,
@@ -30,6 +31,7 @@ from sitl_emu.autopilot.topics import (
     FRAME_FRD,
     FRAME_NED,
     DistanceSensorSample,
+    SensorCombined,
     Topics,
     Vector3,
     VehicleOdometry,
@@ -84,6 +86,7 @@ class Estimator:
         self._auxiliary = topics.aux_global_position
         self._status, self._land = topics.vehicle_status, topics.vehicle_land_detected
         self._mag_calibration = self._baro_calibration = -1
+        self._accel_calibration = self._gyro_calibration = 0
         self._declination_saved = False
         self._range_us = 0
 
@@ -102,6 +105,9 @@ class Estimator:
             self.ekf.down_sampler.target_us = self._settings["EKF2_PREDICT_US"]
             self._publication.refresh()
             self._enable_sensors()
+        accel_calibration, gyro_calibration = imu.accel_calibration_count, imu.gyro_calibration_count
+        if accel_calibration != self._accel_calibration or gyro_calibration != self._gyro_calibration:
+            self._on_imu_calibration(imu)
         if not 0.0 < dt_s < LONGEST_DT_S:
             dt_s = 1.0 / IMU_HZ
         publication, fusion = self._publication, self.fusion
@@ -162,6 +168,17 @@ class Estimator:
         if topics.vehicle_land_detected is not self._land or topics.vehicle_status is not self._status:
             self._on_system(now_us)
 
+    def _on_imu_calibration(self, imu: SensorCombined) -> None:
+        """What is calibrated anew loses its bias, and what was learnt of it."""
+        if imu.accel_calibration_count != self._accel_calibration:
+            self._accel_calibration = imu.accel_calibration_count
+            reset_accel_bias(self.ekf)
+            self._records.forget(ACCEL)
+        if imu.gyro_calibration_count != self._gyro_calibration:
+            self._gyro_calibration = imu.gyro_calibration_count
+            reset_gyro_bias(self.ekf)
+            self._records.forget(GYRO)
+
     def _due(self, time_us: int, delay: str) -> int:
         """When a sample that came at `time_us` is to be fused."""
         return time_us - int(self._settings[delay] * 1000.0) - self.fusion.half_step_us
@@ -170,6 +187,8 @@ class Estimator:
         self._mag = mag = self._topics.vehicle_magnetometer
         reset = mag.calibration_count != self._mag_calibration
         self._mag_calibration = mag.calibration_count
+        if reset:
+            self._records.forget(MAG)
         sample = MagSample(self._due(mag.timestamp_sample, "EKF2_MAG_DELAY"), mag.magnetometer_ga, reset)
         self.fusion.magnetometer.buffer.push(now_us, sample, self.fusion.observation_interval_us)
 

@@ -45,6 +45,10 @@ RANGING_BEACON: Final = 8
 """MAV_CMD_ESTIMATOR_SENSOR_ENABLE's sources that no vehicle of ours has."""
 ACCEL_DEVICE, GYRO_DEVICE = DEVICE_IDS["ACC"], DEVICE_IDS["GYRO"]
 BARO_DEVICE, MAG_DEVICE = DEVICE_IDS["BARO"], DEVICE_IDS["MAG"]
+GYRO: Final = 0
+ACCEL: Final = 1
+MAG: Final = 2
+"""Places in what is learnt of biases."""
 UNNAMED_FAULT = FAULT_NAMES.index("unused")
 EVENT_NAMES = EstimatorEventFlags._fields[3:]
 ATTITUDE: Final = 1
@@ -112,6 +116,10 @@ class Records:
         if self._event_us and now_us >= self._event_us + SELDOM_US:
             self._event_us = now_us
             topics.estimator_event_flags = topics.estimator_event_flags._replace(timestamp=now_us)
+
+    def forget(self, sensor: int) -> None:
+        """GYRO, ACCEL or MAG is another one, or calibrated anew: nothing of its bias has been learnt."""
+        self._stable[sensor].restart()
 
     # --- each sample ---------------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.ekf import Ekf
-from sitl_emu.autopilot.estimator.state import LARGEST_VELOCITY_M_S
+from sitl_emu.autopilot.estimator.state import LARGEST_VELOCITY_M_S, ZERO
 from sitl_emu.autopilot.topics import NAN, Quaternion, Vector3
 from sitl_emu.core.attitude import product
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
@@ -189,6 +189,22 @@ def count_terrain_reset(ekf: Ekf, delta_d: float) -> None:
     first = resets.hagl == ekf.counts[5]
     resets.hagl_change = delta_d if first else resets.hagl_change + delta_d
     resets.hagl += 1
+
+
+def reset_gyro_bias(ekf: Ekf) -> None:
+    """Another gyro, or calibrated anew: its bias is unknown again."""
+    ekf.apply()
+    ekf.predict_covariance()
+    ekf.state.gyro_bias = ZERO
+    cov.uncorrelate(ekf.p, cov.GYRO_BIAS, (ekf.settings["EKF2_GBIAS_INIT"] ** 2,) * 3)
+
+
+def reset_accel_bias(ekf: Ekf) -> None:
+    """Another accelerometer, or calibrated anew: its bias is unknown again."""
+    ekf.apply()
+    ekf.predict_covariance()
+    ekf.state.accel_bias = ZERO
+    cov.uncorrelate(ekf.p, cov.ACCEL_BIAS, (ekf.settings["EKF2_ABIAS_INIT"] ** 2,) * 3)
 
 
 def reset_yaw(ekf: Ekf, yaw: float, variance: float) -> None:

@@ -14,6 +14,7 @@ class ImuIntegrator:
         self._topics = topics
         self._gyro: Vector3 | None = None
         self._accel: Vector3 = (0.0, 0.0, 0.0)
+        self.accel_calibrations = self.gyro_calibrations = 0
 
     def update(self, now_us: int, gyro: Vector3, accel: Vector3) -> None:
         """One sample, calibrated: rad/s, m/s²."""
@@ -26,4 +27,6 @@ class ImuIntegrator:
             now_us,
             (0.5 * (gx + lx), 0.5 * (gy + ly), 0.5 * (gz + lz)),
             (0.5 * (ax + mx), 0.5 * (ay + my), 0.5 * (az + mz)),
+            self.accel_calibrations,
+            self.gyro_calibrations,
         )

@@ -24,6 +24,9 @@ MOST_RAD_S = math.radians(2000.0)
 """Nor does a gyro's for more than its full scale."""
 SLIGHTEST_SCALE = 1e-3
 """An accelerometer's scale is no smaller."""
+LEAST_CHANGE = 0.01
+"""A gyro's offset (rad/s), an accelerometer's (m/s²) or its scale that changes by no more is the same calibration still
+(Gyroscope::set_offset, Accelerometer::set_offset and set_scale)."""
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 ONE: Vector3 = (1.0, 1.0, 1.0)
 Matrix = tuple[Vector3, Vector3, Vector3]

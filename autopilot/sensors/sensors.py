@@ -16,6 +16,7 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.battery_estimator import BatteryEstimator
 from sitl_emu.autopilot.sensors.imu_integrator import ImuIntegrator
 from sitl_emu.autopilot.sensors.sensor_calibration import (
+    LEAST_CHANGE,
     MOST_RAD_S,
     NONE,
     Corrections,
@@ -190,7 +191,10 @@ class Sensors:
 
     def _count_calibrations(self, before: Corrections) -> None:
         """Who averages and estimates begins anew with another calibration."""
-        after = self._corrections
+        after, integrator = self._corrections, self._integrator
+        integrator.gyro_calibrations += math.dist(before.gyro_offset, after.gyro_offset) > LEAST_CHANGE
+        integrator.accel_calibrations += math.dist(before.accel_offset, after.accel_offset) > LEAST_CHANGE
+        integrator.accel_calibrations += math.dist(before.accel_scale, after.accel_scale) > LEAST_CHANGE
         self._mag_calibrations += (before.mag_offset, before.mag_matrix) != (after.mag_offset, after.mag_matrix)
         self._baro_calibrations += before.baro_offset_pa != after.baro_offset_pa
 

@@ -11,6 +11,8 @@ class SensorCombined(NamedTuple):
     timestamp: int = 0
     gyro_rad_s: Vector3 = (0.0, 0.0, 0.0)
     accelerometer_m_s2: Vector3 = (0.0, 0.0, -9.80665)
+    accel_calibration_count: int = 0
+    gyro_calibration_count: int = 0
 
 
 class SensorImu(NamedTuple):

@@ -78,6 +78,26 @@ def test_learns_an_imu_bias() -> None:
     assert feed.topics.vehicle_angular_velocity.xyz[0] == pytest.approx(0.0, abs=0.02)
 
 
+def test_an_imu_that_is_calibrated_anew_loses_the_bias_that_was_learnt() -> None:
+    """EKF2.cpp, by sensor_combined's calibration counts: else the bias would be taken off twice."""
+    feed = Feed()
+    feed.gyro_bias_x, feed.accel_bias_z = 0.02, 0.15
+    feed.run(25.0)
+    state = feed.estimator.ekf.state
+    assert (state.gyro_bias[0], state.accel_bias[2]) == pytest.approx((0.02, 0.15), abs=0.01)
+    feed.parameters.set("CAL_GYRO0_XOFF", 0.02)
+    feed.step()
+    combined = feed.topics.sensor_combined
+    assert (combined.accel_calibration_count, combined.gyro_calibration_count) == (0, 1)
+    feed.run(4.0)
+    assert not feed.topics.estimator_sensor_bias.gyro_bias_stable
+    assert state.gyro_bias[0] == pytest.approx(0.0, abs=2e-3)
+    feed.parameters.set("CAL_ACC0_ZOFF", 0.15)
+    feed.run(4.0)
+    assert state.accel_bias[2] == pytest.approx(0.0, abs=0.02)
+    assert feed.topics.vehicle_local_position.vz == pytest.approx(0.0, abs=0.05)
+
+
 def test_without_gps_there_is_height_but_no_position() -> None:
     feed = Feed()
     feed.gps = False

@@ -52,8 +52,8 @@ DEFAULT_PRIORITY = 50
 @row("sensor_combined")
 def sensor_combined(pack: Pack, record: SensorCombined) -> bytes:
     """One IMU sample."""
-    time_us, (gx, gy, gz), (ax, ay, az) = record
-    return pack(time_us, gx, gy, gz, SENSOR_DT_US, 0, ax, ay, az, SENSOR_DT_US, 0, 0, 0, 0)
+    time_us, (gx, gy, gz), (ax, ay, az), *calibrations = record
+    return pack(time_us, gx, gy, gz, SENSOR_DT_US, 0, ax, ay, az, SENSOR_DT_US, 0, 0, *calibrations)
 
 
 @row("vehicle_acceleration")
@@ -65,10 +65,10 @@ def vehicle_acceleration(pack: Pack, record: SensorCombined) -> bytes:
 @row("vehicle_imu")
 def vehicle_imu(pack: Pack, record: SensorCombined) -> bytes:
     """The same sample as changes of angle and velocity."""
-    time_us, gyro, accel = record
+    time_us, gyro, accel, *calibrations = record
     ids, times = (SIMULATED_IMU, SIMULATED_IMU), (SENSOR_DT_US, SENSOR_DT_US)
     angles, velocities = [SENSOR_DT_S * value for value in gyro], [SENSOR_DT_S * value for value in accel]
-    return pack(time_us, time_us, *ids, *angles, *velocities, *times, 0, 0, 0, 0)
+    return pack(time_us, time_us, *ids, *angles, *velocities, *times, 0, 0, *calibrations)
 
 
 def _raw(topic: str, of: Callable[[SensorCombined], Sequence[float]]) -> Row:
