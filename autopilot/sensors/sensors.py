@@ -168,9 +168,7 @@ class Sensors:
             self._note_failures()
         if self._parameters.version != self._version:
             self._version = self._parameters.version
-            known, self._corrections = self._corrections, corrections_of(self._parameters)
-            self._corrects = self._corrections != NONE
-            self._count_calibrations(known)
+            self._take_calibration()
         for message in messages:
             if type(message) is HilSensor:
                 self._on_hil_sensor(message)
@@ -188,6 +186,15 @@ class Sensors:
             elif type(message) is RangingBeacon:
                 self._on_ranging_beacon(message)
         return self._now_us
+
+    def _take_calibration(self) -> None:
+        """What the parameters say; the compass keeps its calibration while armed, until a parameter changes afterwards
+        (VehicleMagnetometer::ParametersUpdate)."""
+        known, told = self._corrections, corrections_of(self._parameters)
+        if self._topics.vehicle_status.armed:
+            told = told._replace(mag_offset=known.mag_offset, mag_matrix=known.mag_matrix)
+        self._corrections, self._corrects = told, told != NONE
+        self._count_calibrations(known)
 
     def _count_calibrations(self, before: Corrections) -> None:
         """Who averages and estimates begins anew with another calibration."""

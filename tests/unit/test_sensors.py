@@ -7,7 +7,7 @@ import pytest
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensors import Sensors, altitude_m
 from sitl_emu.autopilot.system.failure_injection import inject
-from sitl_emu.autopilot.topics import ActuatorArmed, FailureInjection, Topics, topic_names
+from sitl_emu.autopilot.topics import ActuatorArmed, FailureInjection, Topics, VehicleStatus, topic_names
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 
@@ -195,6 +195,22 @@ def test_gyro_accelerometer_magnetometer_and_barometer_off_and_stuck() -> None:
     inject_failure(topics, 1, 1)
     reader.update([later._replace(time_usec=12000)])
     assert topics.sensor_combined.timestamp == 8000
+
+
+def test_a_compass_is_not_calibrated_anew_while_armed() -> None:
+    """VehicleMagnetometer::ParametersUpdate; a gyro is."""
+    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER)
+    reader, every = Sensors(topics, parameters), IMU._replace(fields_updated=0x1FFF)
+    topics.vehicle_status = VehicleStatus(armed=True)
+    parameters.set("CAL_MAG0_XOFF", 0.5)
+    parameters.set("CAL_GYRO0_XOFF", 0.05)
+    reader.update([every])
+    assert topics.sensor_mag.magnetometer_ga == (0.2, 0.0, 0.4)
+    assert topics.sensor_imu.gyro_rad_s[0] == pytest.approx(0.05)
+    topics.vehicle_status = VehicleStatus(armed=False)
+    parameters.set("SENS_BARO_QNH", 1000.0)
+    reader.update([every._replace(time_usec=12_000)])
+    assert topics.sensor_mag.magnetometer_ga == pytest.approx((-0.3, 0.0, 0.4))
 
 
 def test_one_failure_at_a_time_and_never_too_many() -> None:
