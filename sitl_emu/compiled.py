@@ -70,6 +70,7 @@ HOT: dict[str, tuple[str, ...]] = {
         "parameters/parameters.py",
         "parameters/subscription_interval.py",
         "sensors/battery_estimator.py",
+        "sensors/data_validator.py",
         "sensors/imu_integrator.py",
         "sensors/sensors.py",
         "sensors/vehicle_imu.py",

@@ -6,13 +6,11 @@ was well. There is one, so that nothing can take over, and whether it may be arm
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
-from sitl_emu.autopilot.topics import Topics, Vector3
+from sitl_emu.autopilot.sensors.data_validator import DataValidator
+from sitl_emu.autopilot.topics import Topics
 
 TIMEOUT_US = 300_000
 """VehicleMagnetometer's SENSOR_TIMEOUT."""
-EQUAL_VALUES = 100
-"""DataValidator::VALUE_EQUAL_COUNT_DEFAULT: so many axes one after the other may say the same as before."""
-SAME = 1e-6
 TOLD_EVERY_US = 3_000_000
 STALE, TIMEOUT = ("STALE", 2), ("TIMEOUT", 4)
 """What is said, and px4::sensor_failover_reason_t."""
@@ -25,8 +23,7 @@ class MagnetometerFailover:
         self._topics = topics
         self._say = say
         self._timestamp = 0
-        self._field: Vector3 = (0.0, 0.0, 0.0)
-        self._equal = 0
+        self._validator = DataValidator()
         self._is_well = False
         self._told_us = -TOLD_EVERY_US
 
@@ -34,10 +31,9 @@ class MagnetometerFailover:
         """At 50 Hz."""
         sample = self._topics.sensor_mag
         if sample.timestamp != self._timestamp:
-            for value, before in zip(sample.magnetometer_ga, self._field, strict=True):
-                self._equal = self._equal + 1 if abs(value - before) < SAME else 0
-            self._timestamp, self._field = sample.timestamp, sample.magnetometer_ga
-        reason = TIMEOUT if now_us - self._timestamp > TIMEOUT_US else STALE if self._equal > EQUAL_VALUES else None
+            self._validator.put(sample.magnetometer_ga)
+            self._timestamp = sample.timestamp
+        reason = TIMEOUT if now_us - self._timestamp > TIMEOUT_US else STALE if self._validator.stale else None
         if reason is not None and self._is_well and now_us - self._told_us > TOLD_EVERY_US:
             self._told_us = now_us
             text, flag = reason

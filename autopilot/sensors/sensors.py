@@ -6,7 +6,8 @@ NaN, and the battery's charge is low-passed and gets its warning level (src/lib/
 BAT_EMERGEN_THR). Here the failures that were injected befall the sensors: one that is off says nothing, one that is
 stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty. Calibrations (CAL_*,
 SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to SENS_BARO_RATE and SENS_MAG_RATE
-(vehicle_air_data, vehicle_magnetometer); HIL_STATE_QUATERNION (the truth) is kept for the log alone.
+(vehicle_air_data, vehicle_magnetometer), unless they have said the same for too long; HIL_STATE_QUATERNION (the truth)
+is kept for the log alone.
 """
 
 import math
@@ -14,6 +15,7 @@ from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.battery_estimator import BatteryEstimator
+from sitl_emu.autopilot.sensors.data_validator import DataValidator
 from sitl_emu.autopilot.sensors.imu_integrator import ImuIntegrator
 from sitl_emu.autopilot.sensors.sensor_calibration import (
     LEAST_CHANGE,
@@ -152,6 +154,7 @@ class Sensors:
         self._imu_fails = False
         self._integrator = ImuIntegrator(topics)
         self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(1, keeps_pace=True)
+        self._mag_validator, self._baro_validator = DataValidator(), DataValidator()
         self._mag_calibrations = self._baro_calibrations = 0
         self._average_current_a = NAN
         self._estimator: BatteryEstimator | None = None
@@ -237,8 +240,9 @@ class Sensors:
         if mag_updated and self._mag != OFF:
             field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else field
             topics.sensor_mag = SensorMag(now_us, field)
+            self._mag_validator.put(field)
             due = self._mag_mean.add(now_us, field, self._parameters["SENS_MAG_RATE"])
-            if due is not None:
+            if due is not None and not self._mag_validator.stale:
                 sample_us, (x, y, z) = due
                 topics.vehicle_magnetometer = VehicleMagnetometer(now_us, sample_us, (x, y, z), self._mag_calibrations)
         if updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf and self._baro != OFF:
@@ -251,8 +255,10 @@ class Sensors:
             self._average_baro(now_us, pressure_hpa)
 
     def _average_baro(self, now_us: int, pressure_hpa: float) -> None:
+        told = self._topics.sensor_baro
+        self._baro_validator.put((told.pressure_pa, told.temperature_c, told.baro_alt_m))
         due = self._baro_mean.add(now_us, (pressure_hpa,), self._parameters["SENS_BARO_RATE"])
-        if due is None:
+        if due is None or self._baro_validator.stale:
             return
         sample_us, (pressure_hpa,) = due
         pressure_pa = pressure_hpa * 100.0

@@ -197,6 +197,26 @@ def test_gyro_accelerometer_magnetometer_and_barometer_off_and_stuck() -> None:
     assert topics.sensor_combined.timestamp == 8000
 
 
+def test_who_says_the_same_for_too_long_is_not_listened_to() -> None:
+    """DataValidator: after more than 100 equal numbers neither vehicle_magnetometer nor vehicle_air_data is told."""
+    reader, topics = sensors(SENS_MAG_RATE=50.0, SENS_BARO_RATE=50.0)
+    every = IMU._replace(fields_updated=0x1FFF)
+
+    def tell(first: int, last: int, *, stuck: bool) -> None:
+        for n in range(first, last):
+            change = 0.0 if stuck else 1e-3 * (n % 2)
+            now_us = n * 20_000
+            reader.update([every._replace(time_usec=now_us, xmag=0.2 + change, abs_pressure=955.0 + change)])
+
+    tell(1, 10, stuck=False)
+    tell(10, 100, stuck=True)
+    assert topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 99 * 20_000
+    assert topics.vehicle_magnetometer.timestamp == 42 * 20_000
+    assert topics.vehicle_air_data.timestamp == 43 * 20_000
+    tell(100, 102, stuck=False)
+    assert topics.vehicle_magnetometer.timestamp == topics.vehicle_air_data.timestamp == 101 * 20_000
+
+
 def test_a_compass_is_not_calibrated_anew_while_armed() -> None:
     """VehicleMagnetometer::ParametersUpdate; a gyro is."""
     topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER)
