@@ -42,6 +42,8 @@ class Publication:
     def __init__(self, topics: Topics, fusion: Fusion) -> None:
         self._topics, self._fusion, self._ekf = topics, fusion, fusion.ekf
         self._rates: Vector3 = (0.0, 0.0, 0.0)
+        self._filtered: Vector3 = (0.0, 0.0, 0.0)
+        """The rates before their bias is taken off."""
         self._rates_derivative: Vector3 = (0.0, 0.0, 0.0)
         self._spread = (NAN,) * 7
         """eph, epv, evh, evv, variances of heading, tilt and height above ground, as of a moment ago."""
@@ -60,13 +62,10 @@ class Publication:
         self._derivative_alpha = alpha(value["IMU_DGYRO_CUTOFF"], 1.0 / IMU_HZ)
 
     def rates(self, now_us: int, gyro: Vector3, dt: float) -> None:
-        """Body rates of one raw gyro sample, filtered, and their derivative."""
+        """Body rates of one raw gyro sample, filtered, and their derivative, which knows no bias."""
         bx, by, bz = self._ekf.state.gyro_bias
-        x, y, z = self._gyro_filter.update(*gyro)
-        x -= bx
-        y -= by
-        z -= bz
-        lx, ly, lz = self._rates
+        x, y, z = filtered = self._gyro_filter.update(*gyro)
+        lx, ly, lz = self._filtered
         dx, dy, dz = self._rates_derivative
         weight = self._derivative_alpha
         derivative = (
@@ -74,8 +73,9 @@ class Publication:
             dy + weight * ((y - ly) / dt - dy),
             dz + weight * ((z - lz) / dt - dz),
         )
-        self._rates, self._rates_derivative = (x, y, z), derivative
-        self._topics.vehicle_angular_velocity = VehicleAngularVelocity(now_us, (x, y, z), derivative)
+        self._filtered, self._rates_derivative = filtered, derivative
+        self._rates = rates = (x - bx, y - by, z - bz)
+        self._topics.vehicle_angular_velocity = VehicleAngularVelocity(now_us, rates, derivative)
 
     def attitude(self, now_us: int) -> None:
         """Attitude, as a quaternion and in Euler angles."""

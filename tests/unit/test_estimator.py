@@ -98,6 +98,18 @@ def test_an_imu_that_is_calibrated_anew_loses_the_bias_that_was_learnt() -> None
     assert feed.topics.vehicle_local_position.vz == pytest.approx(0.0, abs=0.05)
 
 
+def test_a_bias_that_jumps_is_no_angular_acceleration() -> None:
+    """VehicleAngularVelocity: what is differentiated has its bias still."""
+    feed = Feed()
+    feed.run(2.0)
+    before = feed.topics.vehicle_angular_velocity
+    feed.estimator.ekf.state.gyro_bias = (0.5, 0.0, 0.0)
+    feed.step()
+    after = feed.topics.vehicle_angular_velocity
+    assert after.xyz[0] - before.xyz[0] == pytest.approx(-0.5, abs=0.02)
+    assert abs(after.xyz_derivative[0]) < 5.0
+
+
 def test_without_gps_there_is_height_but_no_position() -> None:
     feed = Feed()
     feed.gps = False
