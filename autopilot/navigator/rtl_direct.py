@@ -113,11 +113,12 @@ class RtlDirect:
     def seconds_left(self) -> float:
         """How long the rest of the return would take, or all of it while none is flown (calc_rtl_time_estimate).
 
-        Along the ground it is 0: PX4 counts the way down alone. NaN for who has landed.
+        Along the ground it is 0, standing or driving: PX4 counts the way down alone, for a rover's return has no phase
+        but LAND (getActivationState). NaN where it has ended, and for who flies and has landed.
         """
-        if self._state.landed:
-            return math.nan
-        return self._seconds_left(self._state.position) if self._state.traits.flies else 0.0
+        if not self._state.traits.flies:
+            return math.nan if self._phase is Phase.LANDED else 0.0
+        return math.nan if self._state.landed else self._seconds_left(self._state.position)
 
     @property
     def is_landing(self) -> bool:

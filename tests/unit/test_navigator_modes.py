@@ -207,6 +207,19 @@ def test_a_vehicle_on_the_ground_has_no_return() -> None:
     assert (vehicle.topics.rtl_time_estimate.valid, vehicle.topics.rtl_time_estimate.safe_time_estimate) == (False, 0.0)
 
 
+def test_a_rover_has_a_return_wherever_it_stands() -> None:
+    """It takes no time (only the way down would count), and RTL_TIME_MARGIN to be safe; none once it has ended."""
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN, COM_DISARM_LAND=-1.0)
+    rover.run(3.0)
+    estimate = rover.topics.rtl_time_estimate
+    assert (estimate.valid, estimate.time_estimate, estimate.safe_time_estimate) == (True, 0.0, 100.0)
+    rover.arm()
+    rover.run(1.0)
+    assert rover.result(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH) == 0
+    rover.run(3.0)
+    assert not rover.topics.rtl_time_estimate.valid
+
+
 @pytest.mark.parametrize(
     ("rally_north", "north", "parameters", "end_north"),
     [
