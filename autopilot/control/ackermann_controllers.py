@@ -24,7 +24,7 @@ NAN = math.nan
 
 
 class RoverState(NamedTuple):
-    """What the estimator says: metres, rad, m/s along the heading (backwards is negative), rad/s.
+    """What the estimator says: metres, rad, m/s along the body (backwards is negative), rad/s.
 
     Speed and yaw rate are 0 below RO_SPEED_TH and RO_YAW_RATE_TH.
     """

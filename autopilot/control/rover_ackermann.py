@@ -36,7 +36,8 @@ from sitl_emu.autopilot.control.rover_parameters import EPSILON, rover_parameter
 from sitl_emu.autopilot.events.texts import SendEvent
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, NOTHING, ControlMode, DriveMode
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import ActuatorMotors, ActuatorOutputs, ActuatorServos, DirectActuator, Topics
+from sitl_emu.autopilot.topics import ActuatorMotors, ActuatorOutputs, ActuatorServos, DirectActuator, Topics, Vector3
+from sitl_emu.core.attitude import Quaternion, rotation
 
 INTERVAL_US = 10_000
 """RoverAckermann::init: ScheduleOnInterval(10_ms)."""
@@ -180,14 +181,13 @@ class RoverAckermannControl:
 
     def _state(self) -> RoverState:
         parameters, local = self._parameters, self._topics.vehicle_local_position
-        heading = local.heading
-        forward = local.vx * math.cos(heading) + local.vy * math.sin(heading)
-        size = math.hypot(local.vx, local.vy)
+        forward, sideways = along_body(self._topics.vehicle_attitude.q, (local.vx, local.vy, local.vz))
+        size = math.hypot(forward, sideways)
         speed = math.copysign(size, forward) if size > parameters.speed_threshold else 0.0
         yaw_rate = self._topics.vehicle_angular_velocity.xyz[2]
         if abs(yaw_rate) <= parameters.yaw_rate_threshold:
             yaw_rate = 0.0
-        return RoverState((local.x, local.y), heading, speed, yaw_rate, local.xy_reset_counter)
+        return RoverState((local.x, local.y), local.heading, speed, yaw_rate, local.xy_reset_counter)
 
     def _publish(self, now_us: int, *, locked: bool) -> None:
         if locked:
@@ -214,3 +214,9 @@ class RoverAckermannControl:
         self._functions = functions = functions[: last_used(functions, used)]
         self._stopped = (0.0,) * len(functions)
         self._stopped_pwm = (PWM_DISARMED,) * len(functions)
+
+
+def along_body(attitude: Quaternion, velocity_ned: Vector3) -> tuple[float, float]:
+    """Velocity ahead and to the right of the body: uphill, too, what the wheels make good (updateSubscriptions)."""
+    m, (north, east, down) = rotation(attitude), velocity_ned
+    return m[0] * north + m[3] * east + m[6] * down, m[1] * north + m[4] * east + m[7] * down

@@ -19,10 +19,12 @@ from sitl_emu.autopilot.topics import (
     TrajectorySetpoint,
     Vector3,
     VehicleAngularVelocity,
+    VehicleAttitude,
     VehicleLocalPosition,
     VehicleStatus,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import MapProjection
 
 HOME = MapProjection(47.397742, 8.545594)
@@ -41,6 +43,8 @@ class RoverBody:
         self.control = RoverAckermannControl(self.topics, self.parameters, self.texts.events.send)
         self.now_us = 1_000_000
         self.north, self.east, self.heading, self.speed, self.steering = 0.0, 0.0, 0.0, 0.0, 0.0
+        self.slope = 0.0
+        """How steeply it goes up, rad."""
         self.full_speed = float(self.parameters["RO_MAX_THR_SPEED"])
         self.topics.actuator_armed = ActuatorArmed(armed=True)
         self.topics.vehicle_status = VehicleStatus(
@@ -79,17 +83,19 @@ class RoverBody:
             self.speed += (throttle * self.full_speed - self.speed) * dt / 0.15
             yaw_rate = self.speed * math.tan(self.steering) / wheel_base
             self.heading = math.remainder(self.heading + yaw_rate * dt, math.tau)
-            self.north += self.speed * math.cos(self.heading) * dt
-            self.east += self.speed * math.sin(self.heading) * dt
+            self.north += self.speed * math.cos(self.slope) * math.cos(self.heading) * dt
+            self.east += self.speed * math.cos(self.slope) * math.sin(self.heading) * dt
             self.publish(yaw_rate)
             rows.append((self.north, self.east, self.heading, self.speed))
         return rows
 
     def publish(self, yaw_rate: float) -> None:
         """What the estimator would say."""
-        vx, vy = self.speed * math.cos(self.heading), self.speed * math.sin(self.heading)
+        along = self.speed * math.cos(self.slope)
+        vx, vy, vz = along * math.cos(self.heading), along * math.sin(self.heading), -self.speed * math.sin(self.slope)
+        self.topics.vehicle_attitude = VehicleAttitude(self.now_us, quaternion(0.0, self.slope, self.heading))
         self.topics.vehicle_local_position = VehicleLocalPosition(
-            self.now_us, self.now_us, True, True, True, True, self.north, self.east, vx=vx, vy=vy, heading=self.heading,
-            ref_lat=HOME.lat0_deg, ref_lon=HOME.lon0_deg, ref_alt=488.0, ref_timestamp=1,
+            self.now_us, self.now_us, True, True, True, True, self.north, self.east, vx=vx, vy=vy, vz=vz,
+            heading=self.heading, ref_lat=HOME.lat0_deg, ref_lon=HOME.lon0_deg, ref_alt=488.0, ref_timestamp=1,
         )  # fmt: skip
         self.topics.vehicle_angular_velocity = VehicleAngularVelocity(self.now_us, (0.0, 0.0, yaw_rate))

@@ -47,6 +47,13 @@ def test_it_drives_at_the_speed_limit_or_at_the_triplets_speed() -> None:
     assert rover.drive(6.0)[-1][3] == pytest.approx(1.5, abs=0.1)
 
 
+def test_uphill_it_drives_at_the_speed_along_the_slope() -> None:
+    rover = RoverBody("rover")
+    rover.slope = math.radians(30.0)
+    rover.go((400.0, 0.0), speed=1.5)
+    assert rover.drive(10.0)[-1][3] == pytest.approx(1.5, abs=0.02)
+
+
 def test_a_speed_limit_of_zero_keeps_it_where_it_is() -> None:
     rover = RoverBody("sihsim_rover_ackermann", RO_SPEED_LIM=0.0)
     rover.go((10.0, 0.0))
