@@ -189,7 +189,7 @@ class Magnetometer:
 class Barometer:
     """White noise, and a slow Gauss-Markov drift with its time constant.
 
-    `polar_of_normals` gives the noise the distribution of PX4's SensorBaroSim.
+    `is_px4s` makes it PX4's SensorBaroSim: its air, which cools with height, and the distribution of its noise.
     """
 
     noise_pa: Annotated[float, Limits(0.0)]
@@ -197,7 +197,7 @@ class Barometer:
     drift_pa: Annotated[float, Limits(0.0)] = 0.0
     drift_time_s: Annotated[float, Limits(1.0)] = 300.0
     temperature_c: Annotated[float, Limits(-40.0, 85.0)] = 15.0
-    polar_of_normals: bool = False
+    is_px4s: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -123,6 +123,16 @@ def test_barometer_noise_is_the_data_sheets() -> None:
     assert pressure == pytest.approx(pressure_hpa(230.0), abs=0.3)
 
 
+def test_the_barometer_of_px4s_hexacopter_has_sihs_air() -> None:
+    """The measured log of a flight up to 506 m: 11.82 °C on the ground, 11.71 up there, pressures of 955.8 to 953.9."""
+    barometer = Barometer(vehicles.load("sihsim_hex").sensors.barometer, 1, "uas")
+    for alt_m, celsius, hpa in ((489.4, 11.82, 955.76), (505.7, 11.71, 953.93)):
+        pressures = [barometer.read(alt_m)[0] for _ in range(2000)]
+        assert barometer.temperature_c == pytest.approx(celsius, abs=0.01)
+        assert statistics.fmean(pressures) == pytest.approx(hpa, abs=0.04)
+        assert statistics.fmean(map(pressure_altitude_m, pressures)) == pytest.approx(alt_m + 0.3, abs=0.05)
+
+
 @given(
     st.floats(0.5, 11.0),
     st.floats(-0.4, 0.4),

@@ -2,10 +2,16 @@
 
 import math
 from collections.abc import Callable, Iterator
+from typing import Final
 
 from sitl_emu.vehicles.description import Barometer as BarometerData
-from sitl_emu.world.atmosphere import pressure_altitude_m, pressure_hpa
+from sitl_emu.world.atmosphere import LAPSE_K_M, SEA_LEVEL_HPA, pressure_altitude_m, pressure_hpa
 from sitl_emu.world.noise import GaussMarkov, normals
+
+SIH_SEA_LEVEL_K: Final = 288.0
+SIH_EXPONENT: Final = 5.256
+SIH_ICE_K: Final = 273.0
+"""The air of PX4's SensorBaroSim (Run): who takes it for the standard's, reads 0.3 m too much in 490 m."""
 
 
 class Barometer:
@@ -13,10 +19,11 @@ class Barometer:
 
     def __init__(self, data: BarometerData, seed: int, name: str) -> None:
         draw = normals(seed, name, "barometer")
-        self._draw = polar_of_normals(draw) if data.polar_of_normals else draw
+        self._draw = polar_of_normals(draw) if data.is_px4s else draw
         self._noise = 0.01 * data.noise_pa
         drift = normals(seed, name, "barometer drift")
         self._drift = GaussMarkov(0.01 * data.drift_pa, data.drift_time_s, 1.0 / data.rate_hz, drift)
+        self._is_px4s = data.is_px4s
         self._temperature_c = data.temperature_c
         self.offset_pa = 0.0
         """PX4's SIM_BARO_OFF_P."""
@@ -30,8 +37,18 @@ class Barometer:
 
     def read(self, alt_amsl_m: float) -> tuple[float, float]:
         """(pressure in hPa, pressure altitude in m)."""
-        pressure = pressure_hpa(alt_amsl_m) + self._drift.step() + self._noise * self._draw() + 0.01 * self.offset_pa
+        if self._is_px4s:
+            true_hpa, self._temperature_c = sih_air(alt_amsl_m)
+        else:
+            true_hpa = pressure_hpa(alt_amsl_m)
+        pressure = true_hpa + self._drift.step() + self._noise * self._draw() + 0.01 * self.offset_pa
         return pressure, pressure_altitude_m(pressure)
+
+
+def sih_air(alt_amsl_m: float) -> tuple[float, float]:
+    """Pressure (hPa) and temperature (°C) of SIH's air at an altitude."""
+    kelvin = SIH_SEA_LEVEL_K - LAPSE_K_M * alt_amsl_m
+    return SEA_LEVEL_HPA * (kelvin / SIH_SEA_LEVEL_K) ** SIH_EXPONENT, kelvin - SIH_ICE_K
 
 
 def polar_of_normals(draw: Callable[[], float]) -> Callable[[], float]:
