@@ -4,7 +4,8 @@
 voltage per cell between empty and full along a lithium discharge curve (steep at both ends, flat between), terminal
 voltage V = V_oc - R I, smoothed over 0.5 s of load (the slow part of the sag).
 `Px4Battery`: src/modules/simulation/battery_simulator of PX4 v1.18: while armed it loses its charge within
-SIM_BAT_DRAIN seconds, but not below SIM_BAT_MIN_PCT; disarmed it is full; the voltage is linear in the charge.
+SIM_BAT_DRAIN seconds, but not below SIM_BAT_MIN_PCT; disarmed it is full; the voltage is linear in the charge, between
+what the parameters BAT1_* say of an empty and of a full battery.
 Both may be read at any time: `voltage_v`, `current_a` (NaN: unknown), `remaining` 0..1, `drive` 0..1, the share of
 their full speed that motors reach (a brushless motor's speed follows its voltage).
 Not modelled: temperature, ageing, recovery beyond the sag's own.
@@ -16,6 +17,8 @@ from typing import Final
 from sitl_emu.vehicles.description import Battery
 
 SAG_TIME_S: Final = 0.5
+SHORTEST_DRAIN_S: Final = 1.0
+"""SIM_BAT_DRAIN counts for no less (BatterySimulator::Run)."""
 CURVE = ((0.0, 0.0), (0.05, 0.22), (0.15, 0.38), (0.40, 0.50), (0.60, 0.62), (0.80, 0.80), (0.95, 0.93), (1.0, 1.0))
 """Charge against height of the cell's voltage between empty and full: a generic lithium-polymer discharge curve."""
 
@@ -48,10 +51,12 @@ class LoadBattery:
 
 
 class Px4Battery:
-    """PX4's BatterySimulator; `sim_bat_drain` (s) and `sim_bat_min_pct` (%) are PX4's parameters of these names."""
+    """PX4's BatterySimulator; `sim_bat_drain` (s), `sim_bat_min_pct` (%) and `bat1_…` are PX4's parameters."""
 
     def __init__(self, battery: Battery) -> None:
-        self._battery = battery
+        self.bat1_n_cells, self.bat1_v_empty, self.bat1_v_charged = (
+            battery.cells, battery.cell_empty_v, battery.cell_full_v,
+        )  # fmt: skip
         self.sim_bat_drain = 60.0
         self.sim_bat_min_pct = 50.0
         self.remaining = 1.0
@@ -61,13 +66,12 @@ class Px4Battery:
     def step(self, dt_s: float, power_w: float, armed: bool) -> None:
         """Advance; the load plays no part."""
         if armed:
-            drained = self.remaining - dt_s / max(self.sim_bat_drain, 0.01)
+            drained = self.remaining - dt_s / max(self.sim_bat_drain, SHORTEST_DRAIN_S)
             self.remaining = max(drained, 0.01 * self.sim_bat_min_pct, 0.0)
         else:
             self.remaining = 1.0
-        battery = self._battery
-        cell = battery.cell_empty_v + (battery.cell_full_v - battery.cell_empty_v) * self.remaining
-        self.voltage_v = battery.cells * cell
+        cell = self.bat1_v_empty + (self.bat1_v_charged - self.bat1_v_empty) * self.remaining
+        self.voltage_v = self.bat1_n_cells * cell
 
     @property
     def drive(self) -> float:

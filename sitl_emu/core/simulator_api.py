@@ -201,6 +201,9 @@ class PictureTaken(NamedTuple):
 
 
 SIMULATOR_PARAMETERS = (
+    "BAT1_N_CELLS",
+    "BAT1_V_CHARGED",
+    "BAT1_V_EMPTY",
     "SIH_WIND_E",
     "SIH_WIND_N",
     "SIM_BARO_OFF_P",

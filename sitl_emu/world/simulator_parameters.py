@@ -6,6 +6,7 @@
 
 from collections.abc import Callable
 
+from sitl_emu.vehicles.battery import Px4Battery
 from sitl_emu.world.simulator import VehicleSimulator
 
 Setter = Callable[[VehicleSimulator, float], None]
@@ -24,6 +25,21 @@ def _sih_wind_n(simulator: VehicleSimulator, value: float) -> None:
 
 def _sih_wind_e(simulator: VehicleSimulator, value: float) -> None:
     simulator.sih_wind_e = value
+
+
+def _bat1_n_cells(simulator: VehicleSimulator, value: float) -> None:
+    if isinstance(simulator.battery, Px4Battery):
+        simulator.battery.bat1_n_cells = round(value)
+
+
+def _bat1_v_charged(simulator: VehicleSimulator, value: float) -> None:
+    if isinstance(simulator.battery, Px4Battery):
+        simulator.battery.bat1_v_charged = value
+
+
+def _bat1_v_empty(simulator: VehicleSimulator, value: float) -> None:
+    if isinstance(simulator.battery, Px4Battery):
+        simulator.battery.bat1_v_empty = value
 
 
 def _sim_bat_drain(simulator: VehicleSimulator, value: float) -> None:
@@ -55,6 +71,9 @@ def _sim_mag_offset(axis: int) -> Setter:
 
 
 _SETTERS: dict[str, Setter] = {
+    "BAT1_N_CELLS": _bat1_n_cells,
+    "BAT1_V_CHARGED": _bat1_v_charged,
+    "BAT1_V_EMPTY": _bat1_v_empty,
     "SIH_WIND_E": _sih_wind_e,
     "SIH_WIND_N": _sih_wind_n,
     "SIM_BARO_OFF_P": _sim_baro_off_p,

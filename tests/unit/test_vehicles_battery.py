@@ -78,3 +78,10 @@ def test_px4s_battery_stops_at_its_minimum() -> None:
         battery.step(0.2, 0.0, True)
     assert battery.remaining == pytest.approx(0.5)
     assert battery.voltage_v == pytest.approx(15.3)
+
+
+def test_px4s_battery_lasts_a_second_at_least() -> None:
+    battery = Px4Battery(vehicles.load("sihsim_hex").battery)
+    battery.sim_bat_drain, battery.sim_bat_min_pct = 0.0, 0.0
+    battery.step(0.2, 0.0, True)
+    assert battery.remaining == pytest.approx(0.8)

@@ -21,7 +21,7 @@ from sitl_emu.core.simulator_api import (
     as_on_the_wire,
 )
 from sitl_emu.run.simulated_parameters import SimulatedParameters
-from sitl_emu.vehicles.battery import LoadBattery
+from sitl_emu.vehicles.battery import LoadBattery, Px4Battery
 from sitl_emu.vehicles.multicopter import Multicopter
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.simulation import Simulation
@@ -220,6 +220,19 @@ def test_px4s_sensor_offsets_reach_the_sensors() -> None:
     assert (off.xmag - plain.xmag, off.ymag - plain.ymag) == pytest.approx((0.0, 0.25), abs=1e-6)
 
 
+def test_px4s_battery_has_the_cells_that_the_parameters_say() -> None:
+    """Six cells of 4.2 V in place of the airframe's four of 4.05 V; a battery that its load drains has its own."""
+    told = {"BAT1_N_CELLS": 6.0, "BAT1_V_CHARGED": 4.2}
+    volts = []
+    for model in ("sihsim_hex", "iris"):
+        simulator = VehicleSimulator(vehicles.load(model), HOME, 1, FlatGround(), name="uas")
+        for parameter in SimulatedParameters(Parameters(VehicleKind.MULTICOPTER, told)).changed():
+            set_parameter(simulator, *parameter)
+        messages = simulator.tick(None)
+        volts.append(next(message.voltage_mv for message in messages if isinstance(message, SimulatedBattery)))
+    assert volts[0] == 25_200 and 16_000 < volts[1] < 17_000
+
+
 def test_vehicles_of_one_simulation_fly_as_each_would_alone_under_its_own_controls() -> None:
     """They stand apart and have nothing to do with one another."""
     climb = HilActuatorControls(0, 1, (0.8,) * 4, 128)
@@ -247,6 +260,8 @@ def seen(simulator: VehicleSimulator) -> list[object]:
     barometer = simulator.barometer
     air = [simulator.sih_wind_n, simulator.sih_wind_e, barometer.offset_pa, barometer.temperature_offset_c]
     battery = [simulator.sim_bat_drain, simulator.sim_bat_min_pct]
+    if isinstance(cells := simulator.battery, Px4Battery):
+        battery += [cells.bat1_n_cells, cells.bat1_v_empty, cells.bat1_v_charged]
     return [*air, *battery, simulator.sim_gps_used, simulator.magnetometer.offset_gauss]
 
 
