@@ -92,7 +92,8 @@ WRONG_DEG: Final = 1.0
 """How far north and east of the truth a wrong GPS is (SensorGpsSim.cpp, SimulatorMavlink.cpp)."""
 WRONG_ALTITUDE_M, WRONG_VELOCITY_M_S = 100.0, (5.0, -8.0, 2.0)
 """What else is added to that of an outside simulator (SimulatorMavlink.cpp)."""
-PRESSURE_EXPONENT: Final = 287.05 * LAPSE_RATE_K_M / 9.80665
+PRESSURE_EXPONENT: Final = 287.1 * LAPSE_RATE_K_M / 9.80665
+"""With PX4's gas constant (lib/atmosphere)."""
 LOWEST_QNH_HPA: Final = 500.0
 """SENS_BARO_QNH has this for its lower bound."""
 GAS_CONSTANT_J_KG_K: Final = 287.1

@@ -38,6 +38,9 @@ def test_what_is_not_updated_stays() -> None:
 def test_pressure_altitude_is_the_standard_atmosphere_s() -> None:
     assert altitude_m(1013.25, 1013.25) == 0.0
     assert altitude_m(898.746, 1013.25) == pytest.approx(1000.0, abs=0.5)
+    # the least and the greatest of a measured log
+    assert altitude_m(953.955859375, 1013.25) == pytest.approx(505.784, abs=0.002)
+    assert altitude_m(955.87859375, 1013.25) == pytest.approx(488.990, abs=0.002)
 
 
 def test_the_air_is_as_warm_as_nobody_measured_whatever_the_barometer_s_temperature() -> None:
