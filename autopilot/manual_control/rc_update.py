@@ -1,8 +1,9 @@
 """RC channels to sticks and switches, by the calibration and the mapping. PX4's rc_update (v1.18).
 
 Channels come as RC_CHANNELS_OVERRIDE (topics.input_rc). A channel is held within RCn_MIN and RCn_MAX, is 0 at RCn_TRIM
-(v1.18 has no dead zone) and is turned by RCn_REV; RC_MAP_* say which one is which stick or switch. Fewer than four
-channels, fewer than three messages a second, or the failsafe channel beyond RC_FAILS_THR are no signal.
+(v1.18 has no dead zone) and is turned by RCn_REV; RC_MAP_* say which one is which stick or switch. Without a calibrated
+receiver (RC_CHAN_CNT) there are no sticks. Fewer than four channels, fewer than three messages a second, or the failsafe
+channel beyond RC_FAILS_THR are no signal.
 
 Three channels may turn parameters: RC_MAP_PARAMn says which channel, PARAM_MAP_RC which parameter (once a second, when
 the channel has moved).
@@ -41,10 +42,9 @@ class Channel(NamedTuple):
     reverse: bool
 
     def scaled(self, value: float) -> float:
-        """-1..1; a trim at an end leaves one side only."""
-        value = max(self.minimum, min(self.maximum, value))
-        span = self.maximum - self.trim if value > self.trim else self.trim - self.minimum
-        scaled = max(-1.0, min(1.0, (value - self.trim) / span)) if span > 0.0 else 0.0
+        """-1..1; where the trim lies at an end, that is the end of the stick all the same (math::interpolateNXY)."""
+        low, high, base = (self.trim, self.maximum, 0.0) if value > self.trim else (self.minimum, self.trim, -1.0)
+        scaled = base if value <= low else base + 1.0 if value > high else base + (value - low) / (high - low)
         return -scaled if self.reverse else scaled
 
 
@@ -77,9 +77,10 @@ class RcUpdate:
         channels = [channel.scaled(value) for channel, value in zip(self._channels, received.values, strict=False)]
         roll, pitch, yaw, throttle = (self._value(channels, number) for number in self._sticks)
         aux1, aux2, aux3, aux4, aux5, aux6 = (self._value(channels, number) for number in self._aux)
-        self._topics.manual_control_rc = ManualControlInput(
-            received.timestamp, SOURCE_RC, roll, pitch, yaw, throttle, aux=(aux1, aux2, aux3, aux4, aux5, aux6)
-        )
+        if self._is_calibrated:
+            self._topics.manual_control_rc = ManualControlInput(
+                received.timestamp, SOURCE_RC, roll, pitch, yaw, throttle, aux=(aux1, aux2, aux3, aux4, aux5, aux6)
+            )
         switches = ManualControlSwitches(
             received.timestamp,
             self._mode_slot(channels),
@@ -111,6 +112,7 @@ class RcUpdate:
         )
         sticks = ("RC_MAP_ROLL", "RC_MAP_PITCH", "RC_MAP_YAW", "RC_MAP_THROTTLE")
         self._sticks = tuple(int(value[name]) for name in sticks)
+        self._is_calibrated = value["RC_CHAN_CNT"] > 0 and any(number > 0 for number in self._sticks)
         self._aux = tuple(int(value[f"RC_MAP_AUX{n}"]) for n in range(1, 7))
         switches = (
             ("RC_MAP_ARM_SW", "RC_ARMSWITCH_TH"),

@@ -16,7 +16,8 @@ from .navigation_fake import FakeVehicle
 
 MAV_STATE_ACTIVE, MAV_STATE_FLIGHT_TERMINATION = 4, 8
 LOW, MIDDLE, HIGH = 1000, 1500, 2000
-RC = {"RC_MAP_ROLL": 1, "RC_MAP_PITCH": 2, "RC_MAP_THROTTLE": 3, "RC_MAP_YAW": 4, "COM_RC_IN_MODE": 0}
+STICKS = {"RC_MAP_ROLL": 1, "RC_MAP_PITCH": 2, "RC_MAP_THROTTLE": 3, "RC_MAP_YAW": 4}
+RC = STICKS | {"RC_CHAN_CNT": 8, "COM_RC_IN_MODE": 0}
 SWITCHES = {"RC_MAP_FLTMODE": 5, "RC_MAP_KILL_SW": 6, "RC_MAP_ARM_SW": 7, "RC_MAP_RETURN_SW": 8}
 MODES = {"COM_FLTMODE1": 8, "COM_FLTMODE4": 1, "COM_FLTMODE6": 2}
 
@@ -51,9 +52,17 @@ def test_a_channel_is_scaled_on_both_sides_of_its_trim() -> None:
         [-1.0, -1.0, -0.5, 0.0, 0.5, 1.0, 1.0]
     )
     assert Channel(1100.0, 1500.0, 1900.0, True).scaled(1900) == -1.0
-    throttle = Channel(1000.0, 1000.0, 2000.0, False)
-    assert [throttle.scaled(value) for value in (900, 1000, 1500, 2000)] == [0.0, 0.0, 0.5, 1.0]
-    assert Channel(1500.0, 1500.0, 1500.0, False).scaled(2000) == 0.0
+    one_sided = Channel(1000.0, 1000.0, 2000.0, False)
+    assert [one_sided.scaled(value) for value in (900, 1000, 1500, 2000)] == [-1.0, -1.0, 0.5, 1.0]
+    assert Channel(1500.0, 1500.0, 1500.0, False).scaled(2000) == 1.0
+
+
+def test_a_receiver_that_is_not_calibrated_gives_no_sticks() -> None:
+    for missing in ({"RC_CHAN_CNT": 0}, dict.fromkeys(STICKS, 0)):
+        pilot = Pilot(**(RC | missing))
+        pilot.channels = [MIDDLE] * 8
+        pilot.run(1.0)
+        assert not pilot.sticks.valid
 
 
 def test_channels_are_sticks_by_their_mapping() -> None:
