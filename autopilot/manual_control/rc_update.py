@@ -2,8 +2,8 @@
 
 Channels come as RC_CHANNELS_OVERRIDE (topics.input_rc). A channel is held within RCn_MIN and RCn_MAX, is 0 at RCn_TRIM
 (v1.18 has no dead zone) and is turned by RCn_REV; RC_MAP_* say which one is which stick or switch. Without a calibrated
-receiver (RC_CHAN_CNT) there are no sticks. Fewer than four channels, fewer than three messages a second, or the failsafe
-channel beyond RC_FAILS_THR are no signal.
+receiver (RC_CHAN_CNT) there are no sticks. Fewer than four channels, fewer than three messages a second, or the
+failsafe channel beyond RC_FAILS_THR are no signal.
 
 Three channels may turn parameters: RC_MAP_PARAMn says which channel, PARAM_MAP_RC which parameter (once a second, when
 the channel has moved).
@@ -46,6 +46,12 @@ class Channel(NamedTuple):
         low, high, base = (self.trim, self.maximum, 0.0) if value > self.trim else (self.minimum, self.trim, -1.0)
         scaled = base if value <= low else base + 1.0 if value > high else base + (value - low) / (high - low)
         return -scaled if self.reverse else scaled
+
+
+def with_throttle_centred(channel: Channel) -> Channel:
+    """QGroundControl's calibration leaves the throttle's trim where it is low: that does not count (updateParams)."""
+    at_the_low_end = channel.trim == (channel.maximum if channel.reverse else channel.minimum)
+    return channel._replace(trim=float(int(channel.minimum + channel.maximum) // 2)) if at_the_low_end else channel
 
 
 class RcUpdate:
@@ -110,6 +116,11 @@ class RcUpdate:
             )
             for n in range(1, CHANNELS + 1)
         )
+        throttle = int(value["RC_MAP_THROTTLE"])
+        if 1 <= throttle <= CHANNELS:
+            channels = list(self._channels)
+            channels[throttle - 1] = with_throttle_centred(channels[throttle - 1])
+            self._channels = tuple(channels)
         sticks = ("RC_MAP_ROLL", "RC_MAP_PITCH", "RC_MAP_YAW", "RC_MAP_THROTTLE")
         self._sticks = tuple(int(value[name]) for name in sticks)
         self._is_calibrated = value["RC_CHAN_CNT"] > 0 and any(number > 0 for number in self._sticks)

@@ -74,6 +74,15 @@ def test_channels_are_sticks_by_their_mapping() -> None:
     assert pilot.sticks.yaw == pytest.approx(-0.5, abs=0.02)
 
 
+@pytest.mark.parametrize(("trim", "reverse", "expected"), [(1000, 1, -0.5), (2000, -1, 0.5), (2000, 1, -0.75)])
+def test_a_throttle_trimmed_to_its_low_end_is_centred(trim: int, reverse: int, expected: float) -> None:
+    """As QGroundControl leaves it: trim is where the throttle is low, and half a stick is 0 all the same."""
+    pilot = Pilot(**RC, RC3_TRIM=trim, RC3_REV=reverse)
+    pilot.channels = [MIDDLE, MIDDLE, 1250, MIDDLE]
+    pilot.run(0.5)
+    assert pilot.sticks.throttle == pytest.approx(expected)
+
+
 def test_channels_are_auxiliary_sticks_by_their_mapping() -> None:
     pilot = Pilot(**RC, RC_MAP_AUX1=5, RC_MAP_AUX6=6)
     pilot.channels = [1500, 1500, 1500, 1500, 2000, 1250]
