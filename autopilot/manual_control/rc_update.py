@@ -21,6 +21,10 @@ CHANNELS = 18
 FEWEST_CHANNELS = 4
 LONGEST_GAP_US = 333_333
 """Messages that come less often are no signal."""
+REGAINED_US = 100_000
+"""So long a signal is there before it counts: some receivers begin with nonsense (_rc_signal_lost_hysteresis)."""
+UNCHANGED_EVERY_US = 300_000
+"""Sticks whose channels have not moved are told no more often than so."""
 MODE_SLOTS = 6
 SLOT_MARGIN = 0.05
 OFF, ON = 3, 1
@@ -62,6 +66,9 @@ class RcUpdate:
         self._version = -1
         self._input = topics.input_rc
         self._heard_us = 0
+        self._signal_us: int | None = None
+        """Since when there is a signal."""
+        self._told_us = 0
         self._seen = ManualControlSwitches()
         self._turned_us = 0
         self._knobs = [0.0, 0.0, 0.0]
@@ -72,18 +79,18 @@ class RcUpdate:
         received = self._topics.input_rc
         if received is self._input:
             return
-        self._input = received
-        regular = received.timestamp - self._heard_us <= LONGEST_GAP_US
-        self._heard_us = received.timestamp
+        before, self._input = self._input, received
         if self._parameters.version != self._version:
             self._version = self._parameters.version
             self._copy_parameters()
-        if not regular or self._lost(received):
+        if not self._is_regular(before, received):
             return
         channels = [channel.scaled(value) for channel, value in zip(self._channels, received.values, strict=False)]
         roll, pitch, yaw, throttle = (self._value(channels, number) for number in self._sticks)
         aux1, aux2, aux3, aux4, aux5, aux6 = (self._value(channels, number) for number in self._aux)
-        if self._is_calibrated:
+        is_due = received.values != before.values or received.timestamp - self._told_us > UNCHANGED_EVERY_US
+        if self._is_calibrated and is_due:
+            self._told_us = received.timestamp
             self._topics.manual_control_rc = ManualControlInput(
                 received.timestamp, SOURCE_RC, roll, pitch, yaw, throttle, aux=(aux1, aux2, aux3, aux4, aux5, aux6)
             )
@@ -157,6 +164,19 @@ class RcUpdate:
             return value
         bits: int = struct.unpack("<i", struct.pack("<f", value))[0]
         return bits
+
+    def _is_regular(self, before: InputRc, received: InputRc) -> bool:
+        """Whether there is a signal, for long enough, and its messages come one after the other alike."""
+        if self._lost(received):
+            self._signal_us = None
+            return False
+        if self._signal_us is None:
+            self._signal_us = received.timestamp
+        if received.timestamp - self._signal_us < REGAINED_US or len(received.values) != len(before.values):
+            return False
+        regular = received.timestamp - self._heard_us < LONGEST_GAP_US
+        self._heard_us = received.timestamp
+        return regular
 
     def _lost(self, received: InputRc) -> bool:
         if len(received.values) < FEWEST_CHANNELS:

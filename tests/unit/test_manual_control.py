@@ -112,6 +112,25 @@ def test_a_channel_gives_an_integer_the_bits_of_a_float() -> None:
     assert pilot.parameters["COM_FLTMODE1"] == 0x3F800000
 
 
+def test_a_signal_counts_after_a_tenth_of_a_second_and_unmoved_sticks_are_told_seldom() -> None:
+    pilot = Pilot(**RC, RC_FAILS_THR=950)
+    pilot.channels = [HIGH, MIDDLE, 900, MIDDLE]
+    pilot.run(1.0)
+    pilot.channels = [HIGH, MIDDLE, MIDDLE, MIDDLE]
+    pilot.run(0.08)
+    assert not pilot.sticks.valid
+    pilot.run(0.12)
+    assert pilot.sticks.valid
+    told = set()
+    for _ in range(25):
+        pilot.step()
+        told.add(pilot.topics.manual_control_rc.timestamp)
+    assert 3 <= len(told) <= 5
+    pilot.channels = [LOW, MIDDLE, MIDDLE, MIDDLE]
+    pilot.step()
+    assert pilot.sticks.roll == -1.0
+
+
 def test_channels_that_stop_are_lost_sticks() -> None:
     pilot = Pilot(**RC, COM_RC_LOSS_T=0.5)
     pilot.channels = [MIDDLE] * 4
