@@ -143,6 +143,9 @@ class ManualControl:
         if self._parameters.version != self._version:
             self._version = self._parameters.version
             self._copy_parameters()
+            source = self._chosen.data_source
+            if self._valid and not wants(self._mode, source, source, self._first):
+                self._lost_us = now_us  # COM_RC_IN_MODE wants others now (ManualControlSelector::isInputValid)
         if now_us >= self._lost_us:
             self._lose(now_us)
         chosen = False

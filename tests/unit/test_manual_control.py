@@ -515,6 +515,20 @@ def test_nonsense_in_channels_breaks_nothing() -> None:
     assert all(-1.0 <= value <= 1.0 for value in pilot.sticks[2:6])
 
 
+def test_sticks_that_com_rc_in_mode_wants_no_more_are_lost_at_once() -> None:
+    pilot = Pilot(COM_RC_IN_MODE=1, COM_RC_LOSS_T=5.0)
+    pilot.joystick = (0.0, 0.0, 0.0, 0.0)
+    pilot.run(1.0)
+    assert pilot.sticks.valid
+    for mode in (2, 3):
+        pilot.parameters.set("COM_RC_IN_MODE", mode)
+        pilot.run(0.2)
+        assert pilot.sticks.valid
+    pilot.parameters.set("COM_RC_IN_MODE", 0)
+    pilot.run(0.2)
+    assert not pilot.sticks.valid
+
+
 def test_sticks_that_are_lost_and_come_back_are_told_by_events() -> None:
     pilot = Pilot(COM_RC_LOSS_T=0.5)
     pilot.joystick = (0.0, 0.0, 0.0, 0.0)
