@@ -155,9 +155,11 @@ class MulticopterAllocation:
         self._topics.actuator_outputs = with_peripherals(self._topics, self._functions, outputs)
 
     def test(self, now_us: int) -> None:
-        """Disarmed, and some actuators are tried out."""
-        if not self._tests.update(now_us, self._functions) or self._topics.vehicle_status.termination:
+        """Disarmed, and some actuators are tried out; while it is killed none moves (MixingOutput::update)."""
+        ended = not self._tests.update(now_us, self._functions) or self._topics.vehicle_status.termination
+        if ended:
             self._tests.stop()
+        if ended or self._topics.actuator_armed.kill:
             self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm, test_mode=True)
             return
         outputs = [self._tests.outputs(function, self._allocator.signal) for function in self._functions]

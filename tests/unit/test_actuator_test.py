@@ -6,7 +6,10 @@ import pytest
 
 from sitl_emu import vehicles
 from sitl_emu.autopilot.autopilot import Autopilot
-from sitl_emu.autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.control.mc_allocation import MulticopterAllocation
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import ActuatorArmed, ActuatorTest, Topics, VehicleCommand
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -75,6 +78,18 @@ def test_motors_are_released_one_by_one(hexacopter: Bench) -> None:
     hexacopter.test(math.nan, 0.0, 3)
     hexacopter.run(0.1)
     assert hexacopter.pwm == (900,) * 6
+
+
+def test_while_it_is_killed_no_motor_is_tried_out_and_the_time_goes_on() -> None:
+    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, vehicles.load("sihsim_hex").airframe)
+    allocation = MulticopterAllocation(topics, parameters)
+    topics.actuator_test = ActuatorTest(1, 102, 0.25, 1_000_000)
+    pulses = []
+    for now_us, kill in ((4000, True), (500_000, False), (600_000, True), (1_100_000, False)):
+        topics.actuator_armed = ActuatorArmed(kill=kill)
+        allocation.test(now_us)
+        pulses.append(topics.actuator_outputs.pwm[1])
+    assert pulses == [900, 1500, 900, 900]
 
 
 def test_no_longer_than_three_seconds_and_px4_s_own_numbers(hexacopter: Bench) -> None:
