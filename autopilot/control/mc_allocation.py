@@ -16,7 +16,7 @@ from sitl_emu.autopilot.constants import MOST_ROTORS
 from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
 from sitl_emu.autopilot.control.actuator_test import ActuatorTests
 from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
-from sitl_emu.autopilot.control.mixer import FIRST_MOTOR, PWM_DISARMED, direct_outputs, is_motor, is_servo
+from sitl_emu.autopilot.control.mixer import FIRST_MOTOR, PWM_DISARMED, direct_outputs, is_motor, is_servo, mirrored
 from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
@@ -67,6 +67,7 @@ class MulticopterAllocation:
         self._channels = output_channels(functions)
         self._functions = functions[: len(self._channels)]
         self._straight = self._channels == list(range(count))
+        self._reversed = int(parameters["PWM_MAIN_REV"])
         self._peripherals = any(map(carried, self._functions))
         self._handles_failures = int(parameters["CA_FAILURE_MODE"]) > 0
         self._motors = count
@@ -123,15 +124,16 @@ class MulticopterAllocation:
         if not self._straight:
             controls = tuple([motors[n] if 0 <= n < len(motors) else 0.0 for n in self._channels])
         pwm = topics.actuator_outputs.pwm
-        if told:
+        if told or self._reversed:
             pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
             if self._outputs_off:
                 pwm = tuple([PWM_DISARMED if n in self._outputs_off else pulse for n, pulse in enumerate(pwm)])
         if status_told:
             topics.control_allocator_status = self._status(now_us)
-        topics.actuator_outputs = outputs = ActuatorOutputs(now_us, controls, pwm)
+        outputs = ActuatorOutputs(now_us, controls, pwm)
         if self._peripherals:
-            topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
+            outputs = with_peripherals(topics, self._functions, outputs)
+        topics.actuator_outputs = self._mirrored(outputs) if self._reversed else outputs
 
     def _status(self, now_us: int) -> ControlAllocatorStatus:
         x, y, z = torque = self.unallocated
@@ -152,7 +154,7 @@ class MulticopterAllocation:
     def obey(self, now_us: int, told: DirectActuator) -> None:
         """Outputs as ROS 2 tells them: nothing is allocated."""
         outputs = direct_outputs(now_us, self._functions, told, self._allocator.signal)
-        self._topics.actuator_outputs = with_peripherals(self._topics, self._functions, outputs)
+        self._topics.actuator_outputs = self._mirrored(with_peripherals(self._topics, self._functions, outputs))
 
     def test(self, now_us: int) -> None:
         """Disarmed, and some actuators are tried out; while it is killed none moves (MixingOutput::update)."""
@@ -164,7 +166,10 @@ class MulticopterAllocation:
             return
         outputs = [self._tests.outputs(function, self._allocator.signal) for function in self._functions]
         controls, pwm = zip(*outputs, strict=True)
-        self._topics.actuator_outputs = ActuatorOutputs(now_us, controls, pwm, test_mode=True)
+        self._topics.actuator_outputs = self._mirrored(ActuatorOutputs(now_us, controls, pwm, test_mode=True))
+
+    def _mirrored(self, outputs: ActuatorOutputs) -> ActuatorOutputs:
+        return mirrored(outputs, self._functions, self._reversed, reversible=False)
 
     def stop(self, now_us: int) -> None:
         """All outputs to their disarmed values."""

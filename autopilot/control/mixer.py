@@ -71,6 +71,22 @@ def direct_outputs(
     return ActuatorOutputs(now_us, tuple(control for control, _ in outputs), tuple(pwm for _, pwm in outputs))
 
 
+def mirrored(outputs: ActuatorOutputs, functions: Sequence[int], mask: int, *, reversible: bool) -> ActuatorOutputs:
+    """With those outputs turned round that PWM_MAIN_REV has a bit for (MixingOutput::output_limit_calc_single).
+
+    What stands at its disarmed value stays there; a motor that turns one way alone turns the faster the less is asked.
+    """
+    if not mask:
+        return outputs
+    controls, pwm = list(outputs.controls), list(outputs.pwm)
+    for place, function in enumerate(functions[: len(pwm)]):
+        if mask >> place & 1 and pwm[place] != PWM_DISARMED:
+            pwm[place] = 2 * CENTRED_PWM - pwm[place]
+            one_way = is_motor(function) and not reversible
+            controls[place] = 1.0 - controls[place] if one_way else -controls[place]
+    return outputs._replace(controls=tuple(controls), pwm=tuple(pwm))
+
+
 def _at(values: Sequence[float], number: int) -> float:
     """NaN for what was not told."""
     return values[number] if number < len(values) else math.nan

@@ -28,6 +28,7 @@ from sitl_emu.autopilot.control.mixer import (
     direct_outputs,
     is_motor,
     is_servo,
+    mirrored,
     output,
     unchanged,
 )
@@ -177,7 +178,7 @@ class RoverAckermannControl:
             self._publish(now_us, locked=True)
             return
         outputs = direct_outputs(now_us, self._functions, DirectActuator(motors, servos), unchanged)
-        topics.actuator_outputs = with_peripherals(topics, self._functions, outputs)
+        topics.actuator_outputs = self._mirrored(with_peripherals(topics, self._functions, outputs))
 
     def _state(self) -> RoverState:
         parameters, local = self._parameters, self._topics.vehicle_local_position
@@ -194,11 +195,13 @@ class RoverAckermannControl:
             self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
             return
         values = {FIRST_SERVO: self._actuators.servo, FIRST_MOTOR: self._actuators.motor}
-        outputs = [self._output(function, values.get(function, 0.0)) for function in self._functions]
-        controls, pwm = zip(*outputs, strict=True) if outputs else ((), ())
-        self._topics.actuator_outputs = with_peripherals(
-            self._topics, self._functions, ActuatorOutputs(now_us, controls, pwm)
-        )
+        each = [self._output(function, values.get(function, 0.0)) for function in self._functions]
+        controls, pwm = zip(*each, strict=True) if each else ((), ())
+        outputs = with_peripherals(self._topics, self._functions, ActuatorOutputs(now_us, controls, pwm))
+        self._topics.actuator_outputs = self._mirrored(outputs)
+
+    def _mirrored(self, outputs: ActuatorOutputs) -> ActuatorOutputs:
+        return mirrored(outputs, self._functions, self._reversed, reversible=self._parameters.reversible)
 
     def _output(self, function: int, value: float) -> tuple[float, int]:
         """Control and pulse; a motor that can't turn backwards has all its pulses for the one way (CA_R_REV)."""
@@ -211,6 +214,7 @@ class RoverAckermannControl:
         self._parameters = rover_parameters(self._source)
         functions = [int(self._source[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)]
         used = [is_motor(function) or is_servo(function) for function in functions]
+        self._reversed = int(self._source["PWM_MAIN_REV"])
         self._functions = functions = functions[: last_used(functions, used)]
         self._stopped = (0.0,) * len(functions)
         self._stopped_pwm = (PWM_DISARMED,) * len(functions)

@@ -92,6 +92,19 @@ def test_while_it_is_killed_no_motor_is_tried_out_and_the_time_goes_on() -> None
     assert pulses == [900, 1500, 900, 900]
 
 
+def test_a_reversed_output_is_tried_out_reversed() -> None:
+    airframe = {**vehicles.load("sihsim_hex").airframe, "PWM_MAIN_REV": 0b10}
+    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, airframe)
+    allocation = MulticopterAllocation(topics, parameters)
+    topics.actuator_test = ActuatorTest(1, 102, 0.16, 1_000_000)
+    allocation.test(4000)
+    assert topics.actuator_outputs.pwm == (900, 1600, 900, 900, 900, 900)
+    for number in range(1, 3):
+        allocation.allocate(number * 4000, (0.0, 0.0, 0.0), -0.16, told=number == 1, status_told=False)
+        assert topics.actuator_outputs.controls[:2] == pytest.approx((0.4, 0.6), abs=1e-3)
+        assert topics.actuator_outputs.pwm[:2] == (1400, 1600)
+
+
 def test_no_longer_than_three_seconds_and_px4_s_own_numbers(hexacopter: Bench) -> None:
     assert hexacopter.test(1.0, 60.0, 1106) == ACCEPTED
     hexacopter.run(2.9)

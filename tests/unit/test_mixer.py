@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from sitl_emu.autopilot.control.mixer import direct_outputs, output, unchanged
-from sitl_emu.autopilot.topics import ActuatorMotors, ActuatorServos, DirectActuator
+from sitl_emu.autopilot.control.mixer import direct_outputs, mirrored, output, unchanged
+from sitl_emu.autopilot.topics import ActuatorMotors, ActuatorOutputs, ActuatorServos, DirectActuator
 
 NAN, INF = math.nan, math.inf
 MOTOR, SERVO = 101, 201
@@ -39,3 +39,14 @@ def test_each_output_finds_its_motor_or_servo() -> None:
     assert outputs.timestamp == 7
     assert outputs.controls == (0.2, 0.3, 0.1, 0.0, 0.0, 0.0)
     assert outputs.pwm == (1600, 1650, 1100, 900, 900, 900)
+
+
+def test_outputs_are_turned_round_by_pwm_main_rev() -> None:
+    """A servo, a motor that turns one way, one that is off, and a motor that turns both ways."""
+    outputs = ActuatorOutputs(7, (0.5, 0.25, 0.0, 0.5), (1750, 1250, 900, 1750))
+    functions = [SERVO, MOTOR, MOTOR + 1, 0]
+    turned = mirrored(outputs, functions, 0b0111, reversible=False)
+    assert (turned.controls, turned.pwm) == ((-0.5, 0.75, 0.0, 0.5), (1250, 1750, 900, 1750))
+    both_ways = mirrored(outputs, [SERVO, SERVO, SERVO, MOTOR], 0b1000, reversible=True)
+    assert (both_ways.controls[3], both_ways.pwm[3]) == (-0.5, 1250)
+    assert mirrored(outputs, functions, 0, reversible=False) is outputs

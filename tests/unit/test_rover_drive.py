@@ -200,6 +200,16 @@ def test_without_reverse_the_motor_does_not_turn_backwards() -> None:
     assert told.controls[1] == pytest.approx(0.5) and told.pwm[1] == 1500
 
 
+def test_steering_is_turned_round_by_pwm_main_rev() -> None:
+    pwm = []
+    for bits in (0, 1):
+        rover = RoverBody("sihsim_rover_ackermann", NavState.MANUAL, PWM_MAIN_REV=bits)
+        rover.topics.manual_control_setpoint = ManualControlSetpoint(1, True, roll=0.5, throttle=0.2)
+        rover.drive(1.0)
+        pwm.append(rover.topics.actuator_outputs.pwm)
+    assert pwm == [(1750, 1600), (1250, 1600)]
+
+
 def test_disarmed_it_stops_at_once() -> None:
     rover = RoverBody("rover")
     rover.go((40.0, 0.0))
