@@ -31,7 +31,6 @@ from sitl_emu.autopilot.system.failure_injection import (
     ACCEL,
     BARO,
     BATTERY,
-    DISTANCE_SENSOR,
     GPS,
     GYRO,
     MAG,
@@ -150,7 +149,7 @@ class Sensors:
         self._topics, self._parameters = topics, parameters
         self._now_us = 0
         self._failures = topics.failure_injection
-        self._gyro = self._accel = self._mag = self._baro = self._gps = self._distance = self._battery = 0
+        self._gyro = self._accel = self._mag = self._baro = self._gps = self._battery = 0
         """FAILURE_TYPE of each."""
         self._imu_fails = False
         self._integrator = ImuIntegrator(topics)
@@ -211,8 +210,8 @@ class Sensors:
 
     def _note_failures(self) -> None:
         self._failures = failures = self._topics.failure_injection
-        self._gyro, self._accel, self._mag, self._baro, self._gps, self._distance, self._battery = (
-            failures.type_of(unit, 1) for unit in (GYRO, ACCEL, MAG, BARO, GPS, DISTANCE_SENSOR, BATTERY)
+        self._gyro, self._accel, self._mag, self._baro, self._gps, self._battery = (
+            failures.type_of(unit, 1) for unit in (GYRO, ACCEL, MAG, BARO, GPS, BATTERY)
         )
         self._imu_fails = bool(self._gyro or self._accel)
         self._topics.sensors_status_imu = SensorsStatusImu(not self._accel, not self._gyro)
@@ -317,11 +316,7 @@ class Sensors:
         )
 
     def _on_distance_sensor(self, message: DistanceSensor) -> None:
-        if message.orientation != DOWNWARD or self._distance == OFF:
-            return
-        if self._distance == STUCK:
-            last = self._topics.distance_sensor
-            self._topics.distance_sensor = last._replace(timestamp=message.time_boot_ms * 1000)
+        if message.orientation != DOWNWARD:
             return
         distance, nearest, farthest = message.current_distance, message.min_distance, message.max_distance
         good = nearest <= distance <= farthest and message.signal_quality != INVALID_SIGNAL_QUALITY

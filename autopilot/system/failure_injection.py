@@ -24,12 +24,11 @@ ACCEL: int = mavlink.FAILURE_UNIT_SENSOR_ACCEL
 MAG: int = mavlink.FAILURE_UNIT_SENSOR_MAG
 BARO: int = mavlink.FAILURE_UNIT_SENSOR_BARO
 GPS: int = mavlink.FAILURE_UNIT_SENSOR_GPS
-DISTANCE_SENSOR: int = mavlink.FAILURE_UNIT_SENSOR_DISTANCE_SENSOR
 BATTERY: int = mavlink.FAILURE_UNIT_SYSTEM_BATTERY
 MOTOR: int = mavlink.FAILURE_UNIT_SYSTEM_MOTOR
 
 SUPPORTED: dict[int, frozenset[int]] = {
-    **dict.fromkeys((GYRO, ACCEL, MAG, BARO, DISTANCE_SENSOR), frozenset((OK, OFF, STUCK))),
+    **dict.fromkeys((GYRO, ACCEL, MAG, BARO), frozenset((OK, OFF, STUCK))),
     **dict.fromkeys((GPS, mavlink.FAILURE_UNIT_SENSOR_AIRSPEED, MOTOR), frozenset((OK, OFF, STUCK, WRONG))),
     **dict.fromkeys((mavlink.FAILURE_UNIT_SENSOR_VIO, BATTERY), frozenset((OK, OFF))),
 }

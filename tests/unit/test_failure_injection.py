@@ -10,10 +10,10 @@ from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
-GYRO, ACCEL, MAG, BARO, GPS, VIO, DISTANCE, AIRSPEED, BATTERY, MOTOR = 0, 1, 2, 3, 4, 6, 7, 8, 100, 101
+GYRO, ACCEL, MAG, BARO, GPS, VIO, AIRSPEED, BATTERY, MOTOR = 0, 1, 2, 3, 4, 6, 8, 100, 101
 OK, OFF, STUCK, WRONG = 0, 1, 2, 4
 KINDS = {
-    **dict.fromkeys((GYRO, ACCEL, MAG, BARO, DISTANCE), frozenset((OK, OFF, STUCK))),
+    **dict.fromkeys((GYRO, ACCEL, MAG, BARO), frozenset((OK, OFF, STUCK))),
     **dict.fromkeys((GPS, AIRSPEED, MOTOR), frozenset((OK, OFF, STUCK, WRONG))),
     **dict.fromkeys((VIO, BATTERY), frozenset((OK, OFF))),
 }
