@@ -20,8 +20,6 @@ from sitl_emu.autopilot.control.ackermann_controllers import (
 )
 from sitl_emu.autopilot.control.ackermann_modes import AutoMode, ManualMode, OffboardMode
 from sitl_emu.autopilot.control.mixer import (
-    CENTRED_PWM,
-    CENTRED_PWM_RANGE,
     FIRST_MOTOR,
     FIRST_SERVO,
     PWM_DISARMED,
@@ -205,9 +203,9 @@ class RoverAckermannControl:
 
     def _output(self, function: int, value: float) -> tuple[float, int]:
         """Control and pulse; a motor that can't turn backwards has all its pulses for the one way (CA_R_REV)."""
-        if is_motor(function):
+        if is_motor(function) or is_servo(function):
             return output(function, value, unchanged, reversible=self._parameters.reversible)
-        return value, round(CENTRED_PWM + CENTRED_PWM_RANGE * value)
+        return 0.0, PWM_DISARMED
 
     def _refresh(self) -> None:
         self._version = self._source.version

@@ -210,6 +210,17 @@ def test_steering_is_turned_round_by_pwm_main_rev() -> None:
     assert pwm == [(1750, 1600), (1250, 1600)]
 
 
+def test_an_output_without_a_function_stands_at_its_disarmed_value() -> None:
+    rover = RoverBody("sihsim_rover_ackermann", NavState.MANUAL)
+    for output, function in enumerate((201, 0, 101), 1):
+        rover.parameters.set(f"PWM_MAIN_FUNC{output}", function)
+    rover.topics.manual_control_setpoint = ManualControlSetpoint(1, True, throttle=0.2)
+    for _ in range(250):
+        rover.now_us += 4000
+        rover.control.update_rate(rover.now_us)
+    assert rover.topics.actuator_outputs.pwm == (1500, 900, 1600)
+
+
 def test_disarmed_it_stops_at_once() -> None:
     rover = RoverBody("rover")
     rover.go((40.0, 0.0))
