@@ -152,6 +152,16 @@ class VehicleSimulator:
         self._gps.satellites = satellites
 
     @property
+    def sih_distsnsr_ovr(self) -> float:
+        """What the lidar says instead of what it sees, m (PX4's SIH_DISTSNSR_OVR); NaN where there is none."""
+        return self._lidar.override_m if self._lidar is not None else math.nan
+
+    @sih_distsnsr_ovr.setter
+    def sih_distsnsr_ovr(self, distance_m: float) -> None:
+        if self._lidar is not None:
+            self._lidar.override_m = distance_m
+
+    @property
     def gps_offset_m(self) -> tuple[float, float, float]:
         """How far the GPS is wrong, north, east and down."""
         return self._gps.offset_m
@@ -266,7 +276,7 @@ class VehicleSimulator:
                 )
         if self._lidar and now_us >= self._lidar_at:
             self._lidar_at = _next_us(self._lidar_at, self._lidar_every, now_us)
-            if not self.lidar_off:
+            if not self.lidar_off and not self._lidar.is_off:
                 messages.append(self._lidar.read(now_us, body.north_m, body.east_m, body.down_m, body.q))
         if now_us >= self._battery_at:
             self._battery_at = _next_us(self._battery_at, BATTERY_EVERY_US, now_us)

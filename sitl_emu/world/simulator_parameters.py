@@ -19,6 +19,10 @@ def set_parameter(simulator: VehicleSimulator, name: str, value: float) -> None:
         setter(simulator, value)
 
 
+def _sih_distsnsr_ovr(simulator: VehicleSimulator, value: float) -> None:
+    simulator.sih_distsnsr_ovr = value
+
+
 def _sih_wind_n(simulator: VehicleSimulator, value: float) -> None:
     simulator.sih_wind_n = value
 
@@ -74,6 +78,7 @@ _SETTERS: dict[str, Setter] = {
     "BAT1_N_CELLS": _bat1_n_cells,
     "BAT1_V_CHARGED": _bat1_v_charged,
     "BAT1_V_EMPTY": _bat1_v_empty,
+    "SIH_DISTSNSR_OVR": _sih_distsnsr_ovr,
     "SIH_WIND_E": _sih_wind_e,
     "SIH_WIND_N": _sih_wind_n,
     "SIM_BARO_OFF_P": _sim_baro_off_p,

@@ -220,6 +220,14 @@ def test_px4s_sensor_offsets_reach_the_sensors() -> None:
     assert (off.xmag - plain.xmag, off.ymag - plain.ymag) == pytest.approx((0.0, 0.25), abs=1e-6)
 
 
+def test_the_lidar_says_what_sih_distsnsr_ovr_says_or_nothing() -> None:
+    for told, seen in ((-1.0, {0}), (7.25, {725}), (20_000.0, set())):
+        simulator = VehicleSimulator(vehicles.load("sihsim_hex"), HOME, 1, FlatGround(), name="uas")
+        set_parameter(simulator, "SIH_DISTSNSR_OVR", told)
+        messages = [message for _ in range(50) for message in simulator.tick(None)]
+        assert {message.current_distance for message in messages if isinstance(message, DistanceSensor)} == seen
+
+
 def test_px4s_battery_has_the_cells_that_the_parameters_say() -> None:
     """Six cells of 4.2 V in place of the airframe's four of 4.05 V; a battery that its load drains has its own."""
     told = {"BAT1_N_CELLS": 6.0, "BAT1_V_CHARGED": 4.2}
@@ -262,7 +270,7 @@ def seen(simulator: VehicleSimulator) -> list[object]:
     battery = [simulator.sim_bat_drain, simulator.sim_bat_min_pct]
     if isinstance(cells := simulator.battery, Px4Battery):
         battery += [cells.bat1_n_cells, cells.bat1_v_empty, cells.bat1_v_charged]
-    return [*air, *battery, simulator.sim_gps_used, simulator.magnetometer.offset_gauss]
+    return [*air, *battery, simulator.sih_distsnsr_ovr, simulator.sim_gps_used, simulator.magnetometer.offset_gauss]
 
 
 def test_parameters_about_the_simulator_are_told_at_first_and_whenever_they_change() -> None:

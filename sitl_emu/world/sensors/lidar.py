@@ -20,6 +20,7 @@ from sitl_emu.world.obstacles import Areas, Obstacles
 LASER: Final = 0
 DOWNWARD_FACING: Final = 25
 ITERATIONS: Final = 8
+OVERRIDE_OFF_M: Final = 10_000.0
 TOLERANCE_M: Final = 0.005
 UNKNOWN: Final = 0
 NO_SIGNAL: Final = 1
@@ -43,7 +44,14 @@ class Lidar:
         self._draw = normals(seed, name, "lidar")
         self._wrong = max(-1.0, min(1.0, 0.5 * normals(seed, name, "lidar accuracy")()))
         """Its lasting error, over the greatest."""
+        self.override_m = -1.0
+        """PX4's SIH_DISTSNSR_OVR: what it says instead of what it sees; negative: nothing."""
         self._quality, self._no_quality = (GOOD_SIGNAL, NO_SIGNAL) if data.tells_quality else (UNKNOWN, UNKNOWN)
+
+    @property
+    def is_off(self) -> bool:
+        """Such an override silences it (Sih::sensor_step)."""
+        return not abs(self.override_m) < OVERRIDE_OFF_M
 
     def read(self, time_us: int, north_m: float, east_m: float, down_m: float, attitude: Quaternion) -> DistanceSensor:
         """One shot from the vehicle's centre."""
@@ -60,6 +68,8 @@ class Lidar:
         noise_m = max(data.noise_m, data.noise_share * near)
         accuracy_m = max(data.accuracy_m, data.accuracy_share * near)
         seen = distance + accuracy_m * self._wrong + noise_m * self._draw()
+        if self.override_m >= 0.0:
+            seen = self.override_m
         in_range = data.min_distance_m <= seen <= data.max_distance_m
         max_cm = round(data.max_distance_m * 100)
         return DistanceSensor(
