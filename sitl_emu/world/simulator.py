@@ -162,6 +162,16 @@ class VehicleSimulator:
             self._lidar.override_m = distance_m
 
     @property
+    def sih_rngbc_noise(self) -> float:
+        """How far the ranges of the beacons are wrong, m (PX4's SIH_RNGBC_NOISE); NaN where there are none."""
+        return self._beacons.sih_rngbc_noise if self._beacons is not None else math.nan
+
+    @sih_rngbc_noise.setter
+    def sih_rngbc_noise(self, noise_m: float) -> None:
+        if self._beacons is not None:
+            self._beacons.sih_rngbc_noise = noise_m
+
+    @property
     def gps_offset_m(self) -> tuple[float, float, float]:
         """How far the GPS is wrong, north, east and down."""
         return self._gps.offset_m

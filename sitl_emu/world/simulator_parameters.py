@@ -23,6 +23,10 @@ def _sih_distsnsr_ovr(simulator: VehicleSimulator, value: float) -> None:
     simulator.sih_distsnsr_ovr = value
 
 
+def _sih_rngbc_noise(simulator: VehicleSimulator, value: float) -> None:
+    simulator.sih_rngbc_noise = value
+
+
 def _sih_wind_n(simulator: VehicleSimulator, value: float) -> None:
     simulator.sih_wind_n = value
 
@@ -79,6 +83,7 @@ _SETTERS: dict[str, Setter] = {
     "BAT1_V_CHARGED": _bat1_v_charged,
     "BAT1_V_EMPTY": _bat1_v_empty,
     "SIH_DISTSNSR_OVR": _sih_distsnsr_ovr,
+    "SIH_RNGBC_NOISE": _sih_rngbc_noise,
     "SIH_WIND_E": _sih_wind_e,
     "SIH_WIND_N": _sih_wind_n,
     "SIM_BARO_OFF_P": _sim_baro_off_p,

@@ -15,6 +15,7 @@ from sitl_emu.core.simulator_api import (
     HilGps,
     HilSensor,
     HilStateQuaternion,
+    RangingBeacon,
     SimulatedBattery,
     SimulatorMessage,
     SimulatorParameter,
@@ -228,6 +229,14 @@ def test_the_lidar_says_what_sih_distsnsr_ovr_says_or_nothing() -> None:
         assert {message.current_distance for message in messages if isinstance(message, DistanceSensor)} == seen
 
 
+def test_without_sih_rngbc_noise_the_beacons_are_exact() -> None:
+    simulator = VehicleSimulator(vehicles.load("sihsim_hex"), HOME, 1, FlatGround(), name="uas")
+    set_parameter(simulator, "SIH_RNGBC_NOISE", 0.0)
+    messages = [message for _ in range(130) for message in simulator.tick(None)]
+    told = [message.range for message in messages if isinstance(message, RangingBeacon)]
+    assert told == [pytest.approx(1e3 * math.hypot(5_000.0, 30.0), abs=100.0)]
+
+
 def test_px4s_battery_has_the_cells_that_the_parameters_say() -> None:
     """Six cells of 4.2 V in place of the airframe's four of 4.05 V; a battery that its load drains has its own."""
     told = {"BAT1_N_CELLS": 6.0, "BAT1_V_CHARGED": 4.2}
@@ -267,10 +276,11 @@ def test_every_parameter_that_autopilots_tell_is_heeded_and_others_are_passed_ov
 def seen(simulator: VehicleSimulator) -> list[object]:
     barometer = simulator.barometer
     air = [simulator.sih_wind_n, simulator.sih_wind_e, barometer.offset_pa, barometer.temperature_offset_c]
+    ranges = [simulator.sih_distsnsr_ovr, simulator.sih_rngbc_noise]
     battery = [simulator.sim_bat_drain, simulator.sim_bat_min_pct]
     if isinstance(cells := simulator.battery, Px4Battery):
         battery += [cells.bat1_n_cells, cells.bat1_v_empty, cells.bat1_v_charged]
-    return [*air, *battery, simulator.sih_distsnsr_ovr, simulator.sim_gps_used, simulator.magnetometer.offset_gauss]
+    return [*air, *ranges, *battery, simulator.sim_gps_used, simulator.magnetometer.offset_gauss]
 
 
 def test_parameters_about_the_simulator_are_told_at_first_and_whenever_they_change() -> None:
