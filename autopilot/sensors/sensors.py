@@ -423,12 +423,15 @@ class Sensors:
         return max(0.0, min(1.0, (cell_v - empty_v) / span_v)) if span_v > 0.0 else 0.0
 
     def _time_remaining_s(self, current_a: float, charge: float, dt_s: float) -> float:
-        """Until empty at the average current in flight, at first BAT_AVRG_CURRENT (Battery::computeRemainingTime)."""
+        """Until empty at the average current in flight, at first BAT_AVRG_CURRENT (Battery::computeRemainingTime).
+
+        A current that nobody measures (-1 A) counts as none, and the average fades away.
+        """
         average_a = self._average_current_a
         if not average_a > LEAST_CURRENT_A:
             average_a = float(self._parameters["BAT_AVRG_CURRENT"])
         if self._topics.actuator_armed.armed and math.isfinite(current_a):
-            average_a += (current_a - average_a) * (1.0 - math.exp(-dt_s / AVERAGE_CURRENT_TIME_CONSTANT_S))
+            average_a += (max(current_a, 0.0) - average_a) * (1.0 - math.exp(-dt_s / AVERAGE_CURRENT_TIME_CONSTANT_S))
         self._average_current_a = average_a
         capacity_mah = float(self._parameters["BAT1_CAPACITY"])
         if not capacity_mah > 0.0:

@@ -87,6 +87,19 @@ def test_battery_warns_by_its_thresholds(percent: int, warning: int) -> None:
     assert topics.battery_status.connected and topics.battery_status.voltage_v == 15.0
 
 
+def test_without_a_current_sensor_the_average_current_fades_away() -> None:
+    """In the measured log from 15 A to 0.018 A, never to less than none."""
+    reader, topics = sensors(BAT1_N_CELLS=4)
+    topics.actuator_armed = ActuatorArmed(armed=True)
+    average = []
+    for tick in range(1, 1600):
+        reader.update([SimulatedBattery(16200, -1, 100), IMU._replace(time_usec=tick * 200_000)])
+        average.append(topics.battery_status.current_average_a)
+    assert average[0] == pytest.approx(15.0)
+    assert average == sorted(average, reverse=True)
+    assert average[-1] == pytest.approx(15.0 * math.exp(-320.0 / 50.0), rel=0.05)
+
+
 def test_battery_counts_what_was_drawn() -> None:
     reader, topics = sensors()
     reader.update([IMU._replace(time_usec=0)])
