@@ -7,7 +7,7 @@ valid any more. Gestures of the left stick arm and disarm (MAN_ARM_GESTURE), bot
 (MAN_KILL_GEST_T); RC switches choose modes (COM_FLTMODEn), arm and kill; sticks that move faster than MAN_OVERRIDE_SPD
 take over.
 
-Left out: landing gear, VTOL, camera and payload switches, RC_MAP_FLTM_BTN.
+Left out: landing gear, VTOL, camera and payload switches.
 """
 
 import math

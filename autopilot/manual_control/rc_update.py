@@ -26,6 +26,9 @@ REGAINED_US = 100_000
 UNCHANGED_EVERY_US = 300_000
 """Sticks whose channels have not moved are told no more often than so."""
 MODE_SLOTS = 6
+BUTTON_PRESSED = 0.5
+BUTTON_HELD_US = 50_000
+"""Of a button for a mode (RC_MAP_FLTM_BTN): how far its channel is, and for how long (_button_pressed_hysteresis)."""
 SLOT_MARGIN = 0.05
 OFF, ON = 3, 1
 """manual_control_switches SWITCH_POS; 0 is a switch that is not mapped."""
@@ -69,6 +72,9 @@ class RcUpdate:
         self._signal_us: int | None = None
         """Since when there is a signal."""
         self._told_us = 0
+        self._button = 0
+        """Slot of the button that was pressed last, and since when it has been pressed message by message."""
+        self._button_us: int | None = None
         self._seen = ManualControlSwitches()
         self._turned_us = 0
         self._knobs = [0.0, 0.0, 0.0]
@@ -96,7 +102,7 @@ class RcUpdate:
             )
         switches = ManualControlSwitches(
             received.timestamp,
-            self._mode_slot(channels),
+            self._mode_slot(received.timestamp, channels),
             *(self._switch(channels, number, threshold) for number, threshold in self._switches),
         )
         self._take_switches(switches)
@@ -145,6 +151,8 @@ class RcUpdate:
         )
         self._knob_channels = tuple(int(value[f"RC_MAP_PARAM{n}"]) for n in (1, 2, 3))
         self._mode_channel = int(value["RC_MAP_FLTMODE"])
+        bits = int(value["RC_MAP_FLTM_BTN"])
+        self._buttons = [channel for channel in range(1, CHANNELS + 1) if bits >> channel - 1 & 1][:MODE_SLOTS]
         self._failsafe_us = float(value["RC_FAILS_THR"])
         self._failsafe_channel = int(value["RC_MAP_FAILSAFE"]) or int(value["RC_MAP_THROTTLE"])
 
@@ -198,10 +206,21 @@ class RcUpdate:
         on = value < -threshold if threshold < 0.0 else value > threshold
         return ON if on else OFF
 
-    def _mode_slot(self, channels: list[float]) -> int:
-        """1..6, or 0 where modes are not mapped."""
+    def _mode_slot(self, now_us: int, channels: list[float]) -> int:
+        """1..6, or 0 where modes are not mapped, or no button for one is pressed."""
         if self._mode_channel == NOT_MAPPED:
-            return 0
+            return self._button_slot(now_us, channels) if self._buttons else 0
         lowest, highest = -1.0 - SLOT_MARGIN, 1.0 + SLOT_MARGIN
         place = (self._value(channels, self._mode_channel) - lowest) * MODE_SLOTS + 1.0 / MODE_SLOTS
         return min(int(place / (highest - lowest) + 1.0 / MODE_SLOTS) + 1, MODE_SLOTS)
+
+    def _button_slot(self, now_us: int, channels: list[float]) -> int:
+        """Slot of the first button that is pressed, once it has been for a moment."""
+        slots = (slot for slot, number in enumerate(self._buttons, 1) if self._value(channels, number) > BUTTON_PRESSED)
+        pressed = next(slots, 0)
+        if not pressed or pressed != self._button:
+            self._button, self._button_us = pressed or self._button, None
+            return 0
+        if self._button_us is None:
+            self._button_us = now_us
+        return pressed if now_us - self._button_us >= BUTTON_HELD_US else 0

@@ -354,6 +354,25 @@ def test_sticks_do_not_take_over_where_that_is_off() -> None:
     assert pilot.mode is NavState.AUTO_LOITER
 
 
+def test_buttons_choose_modes() -> None:
+    """RC_MAP_FLTM_BTN: channels 5, 7 and 8 are buttons for the first three slots; let go, the mode stays."""
+    pilot = Pilot(**RC, RC_MAP_FLTM_BTN=0b1101_0000, COM_FLTMODE1=8, COM_FLTMODE2=1, COM_FLTMODE3=2)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, HIGH, LOW, LOW]
+    pilot.run(3.0)
+    for channel, mode in ((4, NavState.STAB), (7, NavState.POSCTL), (6, NavState.ALTCTL)):
+        pilot.channels[channel] = 1800
+        pilot.run(0.5)
+        assert now(pilot.mode) is mode
+        pilot.channels[channel] = LOW
+        pilot.run(0.5)
+        assert now(pilot.mode) is mode
+    pilot.channels[4] = 1800
+    pilot.run(0.08)
+    pilot.channels[4] = 1700
+    pilot.run(0.5)
+    assert now(pilot.mode) is NavState.ALTCTL, "too short"
+
+
 def test_switches_choose_modes_arm_and_kill() -> None:
     pilot = Pilot(**RC, **SWITCHES, **MODES)
     pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
