@@ -193,6 +193,17 @@ def test_listener_prints_every_topic_there_is() -> None:
         assert console.output(f"listener {name}").startswith(f"\nTOPIC: {name}\n {name}\n"), name
 
 
+def test_uorb_top_measures_once_as_nobody_could_end_it() -> None:
+    console = Console()
+    began_us = console.autopilot.now_us
+    printed = console.output("uorb top")
+    assert 2_000_000 <= console.autopilot.now_us - began_us < 2_100_000
+    assert printed.startswith("\x1b[2J\n\x1b[Kupdate: 1s, topics: ") and "vehicle_status" not in printed
+    assert "vehicle_status" in console.output("uorb top -a")
+    chosen = console.output("uorb top _status").splitlines()[3:]
+    assert any("vehicle_status " in line for line in chosen) and all("_status" in line for line in chosen)
+
+
 def test_sleep_takes_vehicle_time_and_input_waits() -> None:
     console = Console()
     began_us = console.autopilot.now_us

@@ -1,6 +1,7 @@
 """uorb: which topics there are, and how often they are published (PX4: systemcmds/uorb).
 
-Subscribers are not counted here, because every module reads the topics where they lie.
+Subscribers are not counted here, because every module reads the topics where they lie. PX4's remote shell adds a -1 to
+whatever is asked of uorb (Pxh::_check_remote_uorb_command), so that `top` measures once and ends.
 """
 
 from collections.abc import Sequence
@@ -9,20 +10,18 @@ from sitl_emu.autopilot.shell.command import SUCCESS, WAIT, Output, Vehicle, usa
 from sitl_emu.autopilot.topics import topic_names
 
 ONCE_US = 2_000_000
-ROUND_US = 1_400_000
 CLEAR_SCREEN = "\033[2J\n"
 CLEAR_LINE = "\033[K"
 COMMANDS = (
     ("status", "all topics"),
-    ("top", "how often topics are published; -a all, -1 once; names to look for"),
+    ("top", "how often topics are published; -a all; names to look for"),
 )
-ROUNDS = 1000
-"""`top` without -1 ends after so many rounds; nobody can stop it over MAVLink, nor on PX4."""
+ONCE = "-1"
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
-    """`uorb status` or `uorb top [-a] [-1] [FILTER...]`."""
-    command, *words = arguments or [""]
+    """`uorb status` or `uorb top [-a] [FILTER...]`."""
+    command, *words = (*arguments, ONCE)
     if command == "start":
         return SUCCESS
     if command == "status":
@@ -35,37 +34,33 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     if command == "top":
         return (yield from _top(vehicle, words))
     yield usage("uorb", COMMANDS)
-    return SUCCESS if arguments else -1
+    return SUCCESS
 
 
 def _top(vehicle: Vehicle, words: list[str]) -> Output:
-    once = "-1" in words
-    filters = [word for word in words if word not in ("-a", "-1")]
-    active_only = "-a" not in words and not filters
+    """What is published now, or with further words all of what they choose (DeviceMaster::showTop)."""
+    active_only = words == [ONCE]
+    filters = [] if active_only or "-a" in words else words
     topics = vehicle.topics
-    names = [name for name in topic_names(topics) if not filters or any(part in name for part in filters)]
+    every = topic_names(topics)
+    names = [name for name in every if not filters or any(part in name for part in filters)]
     width = max((len(name) for name in names), default=0)
     yield CLEAR_SCREEN
-    for _ in range(1 if once else ROUNDS):
-        start_us = vehicle.now_us
-        counts = dict.fromkeys(names, 0)
-        last = {name: getattr(topics, name) for name in names}
-        while vehicle.now_us - start_us < (ONCE_US if once else ROUND_US):
-            yield WAIT
-            for name in names:
-                record = getattr(topics, name)
-                if record is not last[name]:
-                    last[name] = record
-                    counts[name] += 1
-        seconds = (vehicle.now_us - start_us) * 1e-6
-        hz = {name: round(count / seconds) for name, count in counts.items()}
-        if not once:
-            yield "\033[H"
-        yield f"{CLEAR_LINE}update: 1s, topics: {len(names)}, total publications: {sum(hz.values())}\n"
-        yield f"{CLEAR_LINE}{'TOPIC NAME':<{max(width - 2, 0)}} INST #SUB RATE #Q SIZE\n"
+    start_us = vehicle.now_us
+    counts = dict.fromkeys(names, 0)
+    last = {name: getattr(topics, name) for name in names}
+    while vehicle.now_us - start_us < ONCE_US:
+        yield WAIT
         for name in names:
-            if hz[name] or not active_only:
-                yield f"{CLEAR_LINE}{name:<{width}} {0:2} {'-':>4} {hz[name]:4} {1:2} {'-':>4} \n"
-        if not once:
-            yield "\033[0J"
+            record = getattr(topics, name)
+            if record is not last[name]:
+                last[name] = record
+                counts[name] += 1
+    seconds = (vehicle.now_us - start_us) * 1e-6
+    hz = {name: round(count / seconds) for name, count in counts.items()}
+    yield f"{CLEAR_LINE}update: 1s, topics: {len(every)}, total publications: {sum(hz.values())}\n"
+    yield f"{CLEAR_LINE}{'TOPIC NAME':<{max(width - 2, 0)}} INST #SUB RATE #Q SIZE\n"
+    for name in names:
+        if hz[name] or not active_only:
+            yield f"{CLEAR_LINE}{name:<{width}} {0:2} {'-':>4} {hz[name]:4} {1:2} {'-':>4} \n"
     return SUCCESS
