@@ -142,7 +142,9 @@ def test_commander_gives_commands_from_inside() -> None:
 
 def test_listener_prints_a_topic_with_its_age() -> None:
     console = Console()
-    assert console.output("listener nosuch") == " Topic did not match any known topics\n"
+    assert console.output("listener nosuch") == (
+        "Topic nosuch did not match any known topics\nCommand 'listener' failed, returned -1.\n"
+    )
     assert console.output("listener vehicle_attitude") == "never published\n"
     topics = console.autopilot.topics
     console.autopilot.now_us = 3_000_000
@@ -155,8 +157,22 @@ def test_listener_prints_a_topic_with_its_age() -> None:
     assert "    q: [0.00000, 0.00000, 0.00000, 1.00000] (Roll: 0.0 deg, Pitch: 0.0 deg, Yaw: 180.0 deg)\n" in printed
     assert printed.endswith("    quat_reset_counter: 0\n")
     printed = console.output("listener vehicle_attitude -n 3")
+    assert printed.startswith("\x1b[2J\n\x1b[H\nTOPIC: vehicle_attitude instance 0 #1\n")
     assert printed.count("TOPIC: vehicle_attitude instance 0 #") == 1
-    assert printed.endswith("Waited for 2 seconds without a message. Giving up.\n")
+    assert printed.endswith("Waited for 2.0 seconds without a message. Giving up.\n")
+
+
+def test_listener_with_a_rate_alone_prints_thirty_seconds() -> None:
+    console = Console()
+    autopilot = console.autopilot
+    autopilot.now_us = 1_000_000
+    console.pxh.write(b"listener vehicle_attitude -r 2\n")
+    for _ in range(round(31e6 / TICK_US)):
+        autopilot.now_us += TICK_US
+        autopilot.topics.vehicle_attitude = autopilot.topics.vehicle_attitude._replace(timestamp=autopilot.now_us)
+        console.pxh.run()
+    printed = console.pxh.read(1 << 20).decode()
+    assert printed.count("TOPIC: ") == 60 and printed.endswith("pxh> ")
 
 
 def test_listener_knows_px4s_names_and_fields_of_what_is_logged() -> None:

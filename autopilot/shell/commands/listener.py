@@ -15,7 +15,11 @@ from sitl_emu.autopilot.topics import topic_names
 PATIENCE_US = 2_000_000
 COMMANDS = (("TOPIC", "print it; -n how many, -r at most so many a second, -i instance"),)
 OPTIONS = ("-n", "-r", "-i")
-MESSAGES_PER_RATE = 10
+SECONDS_OF_RATE = 30
+"""With a rate and no number so many seconds are printed (listener_main)."""
+CLEAR_SCREEN = "\033[2J\n\033[H"
+"""Ahead of each of several messages."""
+NOT_FOUND = -1
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
@@ -33,10 +37,10 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return FAILURE
     name, hz, instance = names[0], options["-r"], options["-i"]
     source = _sources(vehicle).get(name)
-    count = options["-n"] or (MESSAGES_PER_RATE * hz if hz > 0 else 1)
+    count = options["-n"] or (SECONDS_OF_RATE * hz if hz > 0 else 1)
     if source is None:
-        yield " Topic did not match any known topics\n"
-        return SUCCESS
+        yield f"Topic {name} did not match any known topics\n"
+        return NOT_FOUND
     if instance > 0 or _timestamp(getattr(vehicle.topics, source)) == 0:
         yield "never published\n"
         return SUCCESS
@@ -56,10 +60,12 @@ def _follow(vehicle: Vehicle, name: str, source: str, count: int, interval_us: i
         if record is not last and now_us - printed_us >= interval_us:
             last, printed_us = record, now_us
             number += 1
+            if count > 1:
+                yield CLEAR_SCREEN
             yield f"\nTOPIC: {name} instance 0 #{number}\n"
             yield from _message(vehicle, name, record)
         elif now_us - printed_us > PATIENCE_US + interval_us:
-            yield "Waited for 2 seconds without a message. Giving up.\n"
+            yield "Waited for 2.0 seconds without a message. Giving up.\n"
             return SUCCESS
         else:
             yield WAIT
