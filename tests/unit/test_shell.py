@@ -91,13 +91,19 @@ def test_param_shows_sets_and_resets() -> None:
     console = Console()
     assert console.output("param show -q MPC_XY_P") == "0.9500\n"
     shown = console.output("param show mpc_xy_p")
-    assert shown.startswith("Symbols: x = used") and "MPC_XY_P [" in shown and "] : 0.9500\n" in shown
+    assert shown.startswith("Symbols: x = used, + = saved, * = unsaved, l = locked\nx     MPC_XY_P [")
+    assert "] : 0.9500\n" in shown
+    assert console.output("param show -l").count("\n") == 1
     assert shown.splitlines()[-1].endswith("parameters used.")
     assert console.output("param show COM_D*").count("] : ") == 4
     assert console.output("param set MPC_XY_P 1.2") == "  MPC_XY_P: curr: 0.9500 -> new: 1.2000\n"
     assert console.output("param set MPC_XY_P 1.2") == ""
     assert console.autopilot.parameters["MPC_XY_P"] == pytest.approx(1.2)
-    assert "x + MPC_XY_P" in console.output("param show -c")
+    assert "x *   MPC_XY_P" in console.output("param show -c")
+    console.output("param save")
+    assert "x +   MPC_XY_P" in console.output("param show -c")
+    assert console.output("param set MPC_XY_P 1.3") == "+ MPC_XY_P: curr: 1.2000 -> new: 1.3000\n"
+    assert console.output("param set MPC_XY_P 1.2") == "* MPC_XY_P: curr: 1.3000 -> new: 1.2000\n"
     assert console.output("param compare MPC_XY_P 1.2") == ""
     assert console.output("param greater MPC_XY_P 1.2") == "Command 'param' failed, returned 1.\n"
     console.output("param reset MPC_XY*")

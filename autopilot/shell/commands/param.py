@@ -1,7 +1,7 @@
 """param: shows and changes parameters (PX4: systemcmds/param).
 
-A parameter is shown as `x + NAME [used index,index] : value`: x is in use on this vehicle, + differs from the default.
-What is changed here is announced to nobody, as on PX4.
+A parameter is shown as `x + l NAME [used index,index] : value`: x is in use on this vehicle, + differs from the
+default, * was set and is not saved yet, l can't be changed, which PX4's simulation says of none.
 """
 
 from collections.abc import Sequence
@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from sitl_emu.autopilot.parameters import Parameters, Value
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, integer, number, usage
 
-LEGEND = "Symbols: x = used, + = saved, * = unsaved\n"
+LEGEND = "Symbols: x = used, + = saved, * = unsaved, l = locked\n"
 NOT_IN_AIRFRAME = ("RC", "TC_", "CAL_")
 FLOAT_EPSILON = 1e-7
 INT32 = 1 << 31
 COMMANDS = (
-    ("show", "values; -a all, -c changed, -q NAME the value alone; a * may end the name"),
+    ("show", "values; -a all, -c changed, -l locked, -q NAME the value alone; a * may end the name"),
     ("show-for-airframe", "changed values as lines of an airframe's file"),
     ("status", "how many there are"),
     ("set", "NAME VALUE [fail]"),
@@ -76,6 +76,8 @@ def _show(parameters: Parameters, words: list[str]) -> Output:
         yield usage("param", COMMANDS)
         return FAILURE
     yield LEGEND
+    if flag == "-l":
+        return SUCCESS
     if flag == "-a":
         names, pattern = list(parameters.everything), None
     elif flag == "-c":
@@ -145,10 +147,9 @@ def _set_bits(parameters: Parameters, command: str, words: list[str]) -> Output:
 
 
 def _change(parameters: Parameters, name: str, value: Value) -> Output:
-    before, symbol = _value(parameters, name), _changed_symbol(parameters, name)
-    old = parameters.told(name)
-    parameters.set(name, value)
-    if parameters.told(name) != old:
+    if value != parameters.told(name):
+        before, symbol = _value(parameters, name), _changed_symbol(parameters, name)
+        parameters.set(name, value)
         yield f"{symbol} {name}: curr: {before} -> new: {_value(parameters, name)}\n"
     return SUCCESS
 
@@ -216,10 +217,12 @@ def _line(parameters: Parameters, name: str) -> str:
     used_index = parameters.index.get(name, -1)
     used = " " if used_index < 0 else "x"
     position = f"[{used_index},{parameters.everything.index(name)}]"
-    return f"{used} {_changed_symbol(parameters, name)} {name} {position} : {_value(parameters, name)}\n"
+    return f"{used} {_changed_symbol(parameters, name)}   {name} {position} : {_value(parameters, name)}\n"
 
 
 def _changed_symbol(parameters: Parameters, name: str) -> str:
+    if name in parameters.unsaved:
+        return "*"
     return " " if parameters.told(name) == parameters.default(name) else "+"
 
 
