@@ -106,12 +106,32 @@ def test_param_shows_sets_and_resets() -> None:
     assert console.output("param set MPC_XY_P 1.2") == "* MPC_XY_P: curr: 1.3000 -> new: 1.2000\n"
     assert console.output("param compare MPC_XY_P 1.2") == ""
     assert console.output("param greater MPC_XY_P 1.2") == "Command 'param' failed, returned 1.\n"
+    console.output("param reset mpc_xy*")
+    assert console.autopilot.parameters["MPC_XY_P"] == pytest.approx(1.2)
     console.output("param reset MPC_XY*")
     assert console.autopilot.parameters["MPC_XY_P"] == pytest.approx(0.95)
     assert console.output("param set NO_SUCH 1") == "ERROR [param] Parameter NO_SUCH not found.\n"
     assert "failed, returned 1" in console.output("param set NO_SUCH 1 fail")
-    console.output("param bitset COM_FLIGHT_UUID 0x2")
-    assert int(console.autopilot.parameters["COM_FLIGHT_UUID"]) & 2
+
+
+@pytest.mark.parametrize("line", ["set ASPD_TAS_NOISE 20", "compare ASPD_TAS_NOISE 20", "touch ASPD_TAS_NOISE"])
+def test_a_parameter_that_is_set_compared_or_touched_is_in_use(line: str) -> None:
+    console = Console()
+    parameters = console.autopilot.parameters
+    count = len(parameters.announced)
+    assert console.output("param find ASPD_TAS_NOISE") and console.output("param show -q ASPD_TAS_NOISE")
+    assert "ASPD_TAS_NOISE" not in parameters.index
+    console.output(f"param {line}")
+    assert "ASPD_TAS_NOISE" in parameters.index and len(parameters.announced) == count + 1
+
+
+def test_param_lists_for_an_airframe_what_is_in_use_and_no_counters() -> None:
+    console = Console()
+    parameters = console.autopilot.parameters
+    parameters.load({"ASPD_TAS_NOISE": 1.0, "LND_FLIGHT_T_LO": 7, "SENS_DPRES_OFF": 1.0, "RC1_MIN": 900.0})
+    parameters.load({"MPC_XY_P": 1.2})
+    lines = console.output("param show-for-airframe").splitlines()
+    assert lines[0] == "param set-default MPC_XY_P 1.2000" and lines[1].startswith("# Make sure to add")
 
 
 def test_param_takes_what_c_takes_for_a_number() -> None:

@@ -1,7 +1,8 @@
 """param: shows and changes parameters (PX4: systemcmds/param).
 
 A parameter is shown as `x + l NAME [used index,index] : value`: x is in use on this vehicle, + differs from the
-default, * was set and is not saved yet, l can't be changed, which PX4's simulation says of none.
+default, * was set and is not saved yet, l can't be changed, which PX4's simulation says of none. Whoever sets,
+compares or touches one marks it as in use (param_find), so that ground stations get it in their list from then on.
 """
 
 from collections.abc import Sequence
@@ -10,7 +11,9 @@ from sitl_emu.autopilot.parameters import Parameters, Value
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, integer, number, usage
 
 LEGEND = "Symbols: x = used, + = saved, * = unsaved, l = locked\n"
-NOT_IN_AIRFRAME = ("RC", "TC_", "CAL_")
+OF_VEHICLE = ("RC", "TC_", "CAL_")
+OF_SETUP = ("SYS_AUTOSTART", "SYS_AUTOCONFIG", "SENS_DPRES_OFF", "MAV_TYPE")
+"""What an airframe's file does not hold (do_show_print_for_airframe)."""
 FLOAT_EPSILON = 1e-7
 INT32 = 1 << 31
 COMMANDS = (
@@ -18,8 +21,6 @@ COMMANDS = (
     ("show-for-airframe", "changed values as lines of an airframe's file"),
     ("status", "how many there are"),
     ("set", "NAME VALUE [fail]"),
-    ("bitset", "NAME MASK: set bits"),
-    ("bitclear", "NAME MASK: clear bits"),
     ("compare", "[-s] NAME VALUE...: succeed if it is one of these"),
     ("greater", "[-s] NAME VALUE: succeed if it is more"),
     ("touch", "NAME...: mark as used"),
@@ -44,8 +45,6 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return (yield from _status(parameters))
     if command == "set":
         return (yield from _set(parameters, words))
-    if command in ("bitset", "bitclear"):
-        return (yield from _set_bits(parameters, command, words))
     if command in ("compare", "greater"):
         return (yield from _compare(parameters, command, words))
     if command in ("index", "index_used"):
@@ -85,7 +84,7 @@ def _show(parameters: Parameters, words: list[str]) -> Output:
     else:
         names, pattern = list(parameters), words[:1]
     for name in names:
-        if not pattern or _matches(pattern[0], name):
+        if not pattern or _matches(pattern[0].upper(), name):
             yield _line(parameters, name)
     used, total = len(parameters.announced), len(parameters.everything)
     if flag == "-a":
@@ -97,7 +96,8 @@ def _show(parameters: Parameters, words: list[str]) -> Output:
 
 def _show_for_airframe(parameters: Parameters) -> Output:
     for name in parameters.changed():
-        if not name.startswith(NOT_IN_AIRFRAME) and name not in ("SYS_AUTOSTART", "SYS_AUTOCONFIG", "MAV_TYPE"):
+        of_vehicle = name.startswith(OF_VEHICLE) or name in OF_SETUP or parameters.row(name).get("volatile")
+        if name in parameters.index and not of_vehicle:
             yield f"param set-default {name} {_value(parameters, name)}\n"
     airframe = int(parameters["SYS_AUTOSTART"])
     if airframe:
@@ -122,31 +122,8 @@ def _set(parameters: Parameters, words: list[str]) -> Output:
     if name not in parameters:
         yield error("param", f"Parameter {name} not found.")
         return FAILURE if words[2:3] == ["fail"] else SUCCESS
-    return (yield from _change(parameters, name, _parsed(parameters, name, words[1])))
-
-
-def _set_bits(parameters: Parameters, command: str, words: list[str]) -> Output:
-    if len(words) < 2:
-        name = words[0] if words else "PARAM_NAME"
-        yield error("param", f"not enough arguments.\nTry 'param {command} {name} 3 [fail]'")
-        return FAILURE
-    name, mask_text = words[0], words[1]
-    if name not in parameters:
-        yield error("param", f"Parameter {name} not found.")
-        return FAILURE if words[2:3] == ["fail"] else SUCCESS
-    if parameters.is_float(name):
-        yield error("param", f"Parameter {name} is not of type int32.")
-        return FAILURE
-    try:
-        mask = int(mask_text, 0)
-    except ValueError:
-        yield error("param", f"Invalid bitmask '{mask_text}'.")
-        return FAILURE
-    value = int(parameters[name])
-    return (yield from _change(parameters, name, _int32(value | mask if command == "bitset" else value & ~mask)))
-
-
-def _change(parameters: Parameters, name: str, value: Value) -> Output:
+    parameters.use((name,))
+    value = _parsed(parameters, name, words[1])
     if value != parameters.told(name):
         before, symbol = _value(parameters, name), _changed_symbol(parameters, name)
         parameters.set(name, value)
@@ -164,6 +141,7 @@ def _compare(parameters: Parameters, command: str, words: list[str]) -> Output:
         if not silent:
             yield error("param", f"Parameter {name} not found")
         return FAILURE
+    parameters.use((name,))
     value = parameters.told(name)
     others = [_parsed(parameters, name, text) for text in values]
     if command == "greater":
@@ -200,7 +178,9 @@ def _touch(parameters: Parameters, words: list[str]) -> Output:
         yield error("param", "not enough arguments.")
         return FAILURE
     for name in words:
-        if name not in parameters:
+        if name in parameters:
+            parameters.use((name,))
+        else:
             yield error("param", f"param {name} not found")
     return SUCCESS
 
@@ -240,6 +220,5 @@ def _int32(value: int) -> int:
 
 
 def _matches(pattern: str, name: str) -> bool:
-    """Whether a name is what a pattern says, in any case; a * at its end stands for any rest."""
-    pattern = pattern.upper()
+    """Whether a name is what a pattern says; a * at its end stands for any rest. Only `show` takes small letters."""
     return name.startswith(pattern[:-1]) if pattern.endswith("*") else name == pattern
