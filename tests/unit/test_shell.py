@@ -353,12 +353,29 @@ def test_the_ground_stations_half_runs_a_line() -> None:
 
 def test_modules_say_whether_they_run() -> None:
     console, rover = Console(), Console("rover")
-    assert console.output("mc_pos_control status") == "INFO  [mc_pos_control] running\n"
-    assert rover.output("mc_pos_control status").startswith("INFO  [mc_pos_control] not running\nCommand")
+    assert console.output("mc_pos_control status") == "running\n"
+    assert rover.output("mc_pos_control status").startswith("INFO  [module] not running\nCommand")
     assert rover.output("land_detector status") == "INFO  [land_detector] running (rover)\n"
-    assert console.output("ekf2 status").startswith("ekf2:0 EKF dt: 0.0100s, attitude: 0, local position: 0,")
-    assert "Geofence: 0 inclusion, 0 exclusion polygons" in console.output("navigator status")
-    assert console.output("ekf2 start") == "ERROR [ekf2] Task already running\nCommand 'ekf2' failed, returned -1.\n"
+    assert console.output("ekf2 status").startswith("\nekf2:0 EKF dt: 0.0100s, attitude: 0, local position: 0,")
+    assert console.output("navigator status") == (
+        "INFO  [navigator] Running\nINFO  [navigator] Geofence: "
+        "polygons: 0 inclusion, 0 exclusion, 0 vertices; circles: 0 inclusion, 0 exclusion\n"
+    )
+    assert console.output("commander start") == (
+        "ERROR [module] Task already running\nCommand 'commander' failed, returned -1.\n"
+    )
+
+
+def test_what_a_module_does_not_understand_is_said_and_no_failure_but_the_commanders() -> None:
+    console = Console()
+    assert console.output("sensors").startswith("Usage: sensors") and "failed" not in console.output("sensors help")
+    unknown = console.output("mc_att_control dance")
+    assert unknown.startswith("WARN  [mc_att_control] unknown command\n\nUsage: ") and "failed" not in unknown
+    assert console.output("load_mon dance").startswith("ERROR [load_mon] unknown command\n\nUsage: ")
+    assert console.output("commander mode").startswith(
+        "ERROR [commander] missing argument\nINFO  [commander] unknown command\nUsage: "
+    )
+    assert console.output("commander").endswith("failed, returned 1.\n")
 
 
 def test_failure_needs_its_parameter_and_lets_a_part_fail() -> None:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, number, usage
+from sitl_emu.autopilot.shell.commands.module import HELP, default_command
 from sitl_emu.autopilot.shell.vehicle_command import send
 from sitl_emu.core import dialect as mavlink
 
@@ -51,8 +52,7 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     if command == "status":
         return (yield from _status(vehicle))
     if command == "start":
-        yield error("commander", "Task already running")
-        return -1
+        return (yield from default_command("commander", True, arguments))
     if command == "check":
         send(vehicle, mavlink.MAV_CMD_RUN_PREARM_CHECKS)
         passed = vehicle.topics.vehicle_status.pre_flight_checks_pass
@@ -91,6 +91,8 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return (yield from _set_heading(vehicle, words))
     if command in ("mode", "calibrate"):
         yield error("commander", "missing argument")
+    if command not in HELP:
+        yield info("commander", "unknown command")
     yield usage("commander", COMMANDS)
     return FAILURE
 

@@ -17,7 +17,7 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     aligned = bool(topics.estimator_status.control_mode_flags & TILT_ALIGN)
     local, global_position = topics.vehicle_local_position.xy_valid, topics.vehicle_global_position.valid
     yield (
-        f"ekf2:0 EKF dt: {vehicle.estimator.ekf.dt_s:.4f}s, attitude: {aligned:d}, "
+        f"\nekf2:0 EKF dt: {vehicle.estimator.ekf.dt_s:.4f}s, attitude: {aligned:d}, "
         f"local position: {local:d}, global position: {global_position:d}\n"
     )
     return SUCCESS

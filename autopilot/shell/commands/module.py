@@ -2,9 +2,13 @@
 
 from collections.abc import Callable, Sequence
 
-from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Command, Output, Vehicle, error, info, usage
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Command, Output, Vehicle, error, info, usage, warning
 
 Runs = Callable[[Vehicle], bool]
+BASE = "module"
+HELP = ("", "-h", "help", "info", "usage")
+SAY_ERRORS = frozenset({"land_detector", "load_mon", "rover_ackermann"})
+"""Others warn of a command that they do not know."""
 COMMANDS = (("start", ""), ("stop", ""), ("status", "whether it runs"))
 
 
@@ -33,13 +37,21 @@ def command(name: str, runs: Runs) -> Command:
 
 
 def default_command(name: str, runs: bool, arguments: Sequence[str]) -> Output:
-    """What every module answers (PX4: ModuleBase); modules stay as they were started."""
+    """What every module answers (PX4: platforms/common/module_base.cpp); modules stay as they were started.
+
+    Its texts bear the name "module"; a module's own print_usage says first what it did not understand, and succeeds.
+    """
     what = arguments[0] if arguments else ""
     if what == "status":
-        yield info(name, "running" if runs else "not running")
+        yield "running\n" if runs else info(BASE, "not running")
         return SUCCESS if runs else -1
     if what == "start" and runs:
-        yield error(name, "Task already running")
+        yield error(BASE, "Task already running")
         return -1
+    if what in ("start", "stop"):
+        yield usage(name, COMMANDS)
+        return FAILURE
+    if what not in HELP:
+        yield (error if name in SAY_ERRORS else warning)(name, "unknown command\n")
     yield usage(name, COMMANDS)
-    return FAILURE
+    return SUCCESS

@@ -26,8 +26,8 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     yield info("navigator", "Running")
     yield info(
         "navigator",
-        f"Geofence: {counts[0]} inclusion, {counts[1]} exclusion polygons, "
-        f"{counts[2]} inclusion, {counts[3]} exclusion circles, {vertices} total vertices",
+        f"Geofence: polygons: {counts[0]} inclusion, {counts[1]} exclusion, {vertices} vertices; "
+        f"circles: {counts[2]} inclusion, {counts[3]} exclusion",
     )
     return SUCCESS
 
