@@ -378,6 +378,24 @@ def test_what_a_module_does_not_understand_is_said_and_no_failure_but_the_comman
     assert console.output("commander").endswith("failed, returned 1.\n")
 
 
+def test_payload_deliverer_opens_and_closes_the_gripper() -> None:
+    console = Console()
+    topics = console.autopilot.topics
+    assert console.output("payload_deliverer status") == "INFO  [payload_deliverer] Gripper valid: True\n"
+    assert console.output("payload_deliverer gripper_open") == ""
+    assert topics.gripper.position == -1.0
+    assert console.output("payload_deliverer gripper_close") == ""
+    assert topics.gripper.position == 1.0
+    began_us = console.autopilot.now_us
+    assert console.output("payload_deliverer gripper_test") == (
+        "INFO  [payload_deliverer] Test: Opening the Gripper!\nINFO  [payload_deliverer] Test: Closing the Gripper!\n"
+    )
+    assert (topics.gripper.position, console.autopilot.now_us - began_us) == (1.0, 5_000_000)
+    console.output("param set PD_GRIPPER_TYPE -1")
+    assert console.output("payload_deliverer gripper_open").endswith("Gripper is not initialized correctly!\n")
+    assert console.output("payload_deliverer dance").startswith("WARN  [payload_deliverer] Unrecognized command\n\n")
+
+
 def test_failure_needs_its_parameter_and_lets_a_part_fail() -> None:
     console = Console()
     console.output("param set SYS_FAILURE_EN 0")

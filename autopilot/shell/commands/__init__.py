@@ -20,6 +20,7 @@ from sitl_emu.autopilot.shell.commands import (
     module,
     navigator,
     param,
+    payload_deliverer,
     sensors,
     shutdown,
     sleep,
@@ -36,7 +37,6 @@ MODULES: dict[str, module.Runs] = {
     "load_mon": module.always,
     "manual_control": module.always,
     "mc_autotune_attitude_control": module.was_started(McAutotune),
-    "payload_deliverer": module.always,
     "rc_update": module.always,
 }
 COMMANDS: dict[str, Command] = {
@@ -52,6 +52,7 @@ COMMANDS: dict[str, Command] = {
     "mavlink": mavlink.main,
     "navigator": navigator.main,
     "param": param.main,
+    "payload_deliverer": payload_deliverer.main,
     "sensors": sensors.main,
     "shutdown": shutdown.main,
     "sleep": sleep.main,
