@@ -1,7 +1,8 @@
 """The logger: when a log begins and ends, and what goes into it (PX4: src/modules/logger/logger.cpp).
 
 SDLOG_MODE says when a file is written: 0 from arming to disarming, 1 from boot to the first disarming and from then on
-as 0, 2 from boot to shutdown, 4 from the first arming to shutdown; `on` and `off` are the shell's `logger on|off`.
+as 0, 2 from boot to shutdown, 4 from the first arming to shutdown. `on` and `off` are the shell's `logger on|off`: on
+is as good as armed, off takes that back and ends nothing that was begun otherwise.
 SDLOG_BACKEND allows files (1) and streaming over MAVLink (2), which a client starts whenever it likes. What is logged
 says logged_topics.py. While nothing is logged, a tick costs a comparison.
 
@@ -146,7 +147,7 @@ class Logger:
         self._now_us = 0
         self._wanted = False
         self._boot = self._mode in (FROM_BOOT, FROM_BOOT_TO_SHUTDOWN)
-        self._manual: bool | None = None
+        self._override = False
         self._stop_us = 0
         self._started_us = 0
         self._refused = False
@@ -179,11 +180,11 @@ class Logger:
 
     def on(self) -> None:
         """The shell's `logger on`: log now, armed or not."""
-        self._manual = True
+        self._override = True
 
     def off(self) -> None:
-        """The shell's `logger off`: end the log, armed or not; the next arming begins a new one."""
-        self._manual = False
+        """The shell's `logger off`: no longer because of `on`."""
+        self._override = False
 
     def shut_down(self) -> None:
         """The autopilot ends: write what is left."""
@@ -191,21 +192,15 @@ class Logger:
         self.stream = None
 
     def _begin_or_end(self, now_us: int) -> None:
-        wanted = self._topics.actuator_armed.armed
         if self._boot:
             self._boot = False
             if not self._parameters["SDLOG_BOOT_BAT"] or self._topics.battery_status.connected:
                 self._begin_file(now_us)
         if self._mode == FROM_BOOT_TO_SHUTDOWN:
-            wanted = self._wanted
-        elif self._mode == FROM_ARMING_TO_SHUTDOWN:
-            wanted = wanted or self._wanted
-        if self._manual is True:
-            wanted = True
-        elif self._manual is False:
-            self._manual, self._wanted = None, wanted
-            self._end_file()
             return
+        wanted = self._topics.actuator_armed.armed or self._override
+        if self._mode == FROM_ARMING_TO_SHUTDOWN:
+            wanted = wanted or self._wanted
         if wanted != self._wanted:
             self._wanted = wanted
             if wanted:

@@ -154,6 +154,29 @@ def test_shell_turns_logging_on_and_off(tmp_path: Path) -> None:
     assert rig.names() == [FIRST, "2026-01-01/00_00_04.ulg"]
 
 
+def test_logger_off_ends_no_log_that_was_not_begun_by_on(tmp_path: Path) -> None:
+    for mode in (1, 2):
+        rig = Rig(tmp_path / str(mode), SDLOG_MODE=mode)
+        rig.run(1.0)
+        rig.logger.off()
+        rig.run(3.0)
+        assert rig.logger.file is not None, "of the boot"
+    rig = Rig(tmp_path / "armed")
+    rig.arm()
+    rig.logger.on()
+    rig.run(1.0)
+    rig.logger.off()
+    rig.run(3.0)
+    assert rig.logger.file is not None
+    rig = Rig(tmp_path / "boot", SDLOG_MODE=1)
+    rig.logger.on()
+    rig.run(1.0)
+    rig.logger.off()
+    rig.run(3.0)
+    assert rig.logger.file is None, "on made the log of the boot its own"
+    assert duration_s(rig.read(FIRST)) == pytest.approx(2.0, abs=0.1)
+
+
 def test_backend_0_and_no_storage_log_nothing(tmp_path: Path) -> None:
     for rig in (Rig(tmp_path, SDLOG_BACKEND=2), Rig(None)):
         rig.arm()
