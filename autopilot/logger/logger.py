@@ -194,7 +194,8 @@ class Logger:
     def _begin_or_end(self, now_us: int) -> None:
         if self._boot:
             self._boot = False
-            if not self._parameters["SDLOG_BOOT_BAT"] or self._topics.battery_status.connected:
+            battery = self._topics.battery_status
+            if not self._parameters["SDLOG_BOOT_BAT"] or not battery.timestamp or battery.connected:
                 self._begin_file(now_us)
         if self._mode == FROM_BOOT_TO_SHUTDOWN:
             return

@@ -31,6 +31,7 @@ from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
+    BatteryStatus,
     InputRc,
     SensorCombined,
     Topics,
@@ -152,6 +153,15 @@ def test_shell_turns_logging_on_and_off(tmp_path: Path) -> None:
     rig.arm()
     rig.run(1.0)
     assert rig.names() == [FIRST, "2026-01-01/00_00_04.ulg"]
+
+
+def test_without_a_battery_boots_are_not_logged_where_that_is_wanted(tmp_path: Path) -> None:
+    """A battery of which nobody has heard yet counts as one (get_disable_boot_logging)."""
+    for name, battery in (("none", BatteryStatus(1, connected=False)), ("unknown", BatteryStatus())):
+        rig = Rig(tmp_path / name, SDLOG_MODE=1, SDLOG_BOOT_BAT=1)
+        rig.topics.battery_status = battery
+        rig.run(1.0)
+        assert (rig.logger.file is not None) == (name == "unknown")
 
 
 def test_logger_off_ends_no_log_that_was_not_begun_by_on(tmp_path: Path) -> None:
