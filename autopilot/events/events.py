@@ -68,6 +68,7 @@ LEVELS: dict[str, tuple[int | None, int]] = {
             "commander_unsupported_auto_mode",
             "commander_unsupported_base_mode",
             "commander_unsupported_main_mode",
+            "logger_storage_full",
         ),
         (Severity.ERROR, Severity.ERROR),
     ),

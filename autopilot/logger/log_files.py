@@ -14,8 +14,8 @@ from pathlib import Path
 from sitl_emu.autopilot.storage import storage
 
 DATE_FOLDER = re.compile(r"\d{4}-\d\d-\d\d")
-LEAST_FREE_BYTES = 50 << 20
-"""With less room than this PX4 starts no log."""
+LEAST_FREE_BYTES = 1 << 20
+"""With less room than this PX4 starts no log (util::cleanup_old_logs)."""
 MEBIBYTE = 1 << 20
 
 

@@ -237,15 +237,16 @@ class Logger:
             return False
         if free < log_files.LEAST_FREE_BYTES:
             free_mib = free // log_files.MEBIBYTE
-            self._refuse(f"[logger] Not logging; SD almost full: {free_mib} MiB\t", "logger_storage_full", free_mib)
+            text = f"[logger] Storage full: {free_mib} MiB free\t"
+            self._say(Severity.CRITICAL, text, "logger_storage_full", free_mib)
             return False
         return True
 
-    def _refuse(self, text: str, event: str = "", *arguments: float) -> None:
+    def _refuse(self, text: str) -> None:
         """Said once, not at every arming."""
         if not self._refused:
             self._refused = True
-            self._say(Severity.CRITICAL, text, event, *arguments)
+            self._say(Severity.CRITICAL, text)
 
     def _end_file(self) -> None:
         self._stop_us = 0

@@ -222,17 +222,22 @@ def test_the_oldest_days_go(tmp_path: Path) -> None:
     assert left == ["2025-12-03", "2025-12-04", "2025-12-05", "2026-01-01", "mine"]
 
 
-def test_a_full_disk_is_told_once_and_flying_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(log_files, "free_bytes", lambda root: 12 << 20)
+def test_a_full_disk_is_told_at_every_log_and_flying_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(log_files, "free_bytes", lambda root: (1 << 20) - 1)
     rig = Rig(tmp_path)
-    for _ in range(3):
+    for _ in range(2):
         rig.arm()
         rig.run(2.0)
         rig.arm(False)
         rig.run(2.0)
-    assert rig.said() == ["[logger] Not logging; SD almost full: 12 MiB\t"]
+    assert rig.said() == ["[logger] Storage full: 0 MiB free\t"] * 2
     assert rig.texts.recent[0].severity == Severity.CRITICAL
+    assert rig.texts.events.recent[0].log_levels == Severity.ERROR << 4 | Severity.ERROR
     assert rig.names() == []
+    monkeypatch.setattr(log_files, "free_bytes", lambda root: 1 << 20)
+    rig.arm()
+    rig.run(1.0)
+    assert len(rig.names()) == 1
 
 
 def test_a_folder_that_cannot_be_written_is_told_once(tmp_path: Path) -> None:
