@@ -26,6 +26,7 @@ from sitl_emu.autopilot.logger.log_stream import LogStream
 from sitl_emu.autopilot.logger.packing import Row
 from sitl_emu.autopilot.logger.rows import commander as commander_rows
 from sitl_emu.autopilot.logger.rows import outside as outside_rows
+from sitl_emu.autopilot.logger.said import Said
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import LoggerStatus, Topics
 from sitl_emu.core import c_types
@@ -157,7 +158,8 @@ class Logger:
         """Of each topic that comes in every tick, where its records gather, and our topic's name."""
         self._look_us = self._flush_us = self._sync_us = 0
         self._buffer: list[bytes] = []
-        self._texts_seen = self._events_seen = self._told_seen = self._reports_seen = 0
+        self._told_seen = self._reports_seen = 0
+        self._said = Said(texts)
         self._version = -1
         self._values: dict[str, float | int] = {}
 
@@ -168,6 +170,7 @@ class Logger:
         if now_us >= self._look_us:
             self._look_us = now_us + LOOK_US
             self._now_us = now_us
+            self._said.hear(now_us)
             self._begin_or_end(now_us)
             if self.file is not None:
                 self._topics.logger_status = LoggerStatus(now_us, True)
@@ -336,8 +339,6 @@ class Logger:
         recently_us = now_us - RECENT_US
         older = [each.number for each in self._topics.commands_told if each.timestamp < recently_us]
         self._told_seen = max(older, default=0)
-        self._events_seen = self._texts.events.count
-        self._texts_seen = self._texts.lines_count
         self._version = parameters.version
         self._values = {name: parameters[name] for name in parameters}
 
@@ -451,11 +452,7 @@ class Logger:
     def _gather_rare(self, now_us: int) -> None:
         """Texts, events and changed parameters."""
         buffer = self._buffer
-        if self._texts.lines_count != self._texts_seen:
-            for each in self._texts.lines:
-                if each.number >= self._texts_seen:
-                    buffer.append(ulog.logged_message(each.severity, now_us, each.line))
-            self._texts_seen = self._texts.lines_count
+        buffer += self._said.take_lines()
         if self._parameters.version != self._version:
             self._version = self._parameters.version
             for name, old in self._values.items():
@@ -464,12 +461,7 @@ class Logger:
                     self._values[name] = value
                     buffer.append(ulog.parameter(name, value, self._parameters.is_float(name)))
         self._gather_queues(buffer)
-        events = self._texts.events
-        if events.count != self._events_seen:
-            for event in events.recent:
-                if event.number >= self._events_seen:
-                    buffer.append(self._event.message(now_us, event))
-            self._events_seen = events.count
+        buffer += [self._event.message(heard_us, event) for heard_us, event in self._said.take_events()]
 
     def _gather_queues(self, buffer: list[bytes]) -> None:
         """Commands and their answers, aircraft nearby: each that came."""

@@ -395,6 +395,37 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     assert log.initial_parameters["MPC_XY_P"] == pytest.approx(0.95)
 
 
+def test_a_log_begins_with_what_was_said_last_before_it(tmp_path: Path) -> None:
+    """Four texts and sixteen events wait in uORB for a logger that does not read."""
+    rig = Rig(tmp_path)
+    for number in range(20):
+        rig.texts.say(Severity.INFO, f"text {number}\t", "commander_armed_by", 1.0)
+    rig.run(1.0)
+    rig.arm()
+    rig.texts.say(Severity.INFO, "Armed by external command\t")
+    rig.run(1.0)
+    rig.logger.shut_down()
+    log = rig.read("2026-01-01/00_00_01.ulg")
+    said = [(message.message, message.timestamp) for message in log.logged_messages]
+    assert said[0] == ("[commander] text 17\t", 4_000) and len(said) == 5
+    assert said[-2][0] == "[commander] Armed by external command\t" and said[-2][1] == pytest.approx(1e6, abs=30_000)
+    events = log.get_dataset("event").data
+    assert list(events["event_sequence"][:16]) == list(range(5, 21))
+
+
+def test_an_event_that_is_not_for_the_log_leaves_no_gap_in_it(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.arm()
+    rig.run(0.1)
+    for name in ("commander_armed_by", "stick_gesture_disabled_by_arm_switch", "commander_armed_by"):
+        arguments = (1.0,) * (name == "commander_armed_by")
+        rig.texts.say(Severity.INFO, "", name, *arguments)
+        rig.run(0.1)
+    rig.logger.shut_down()
+    sequence = list(rig.read(FIRST).get_dataset("event").data["event_sequence"])
+    assert len(sequence) == 3 and sequence == list(range(sequence[0], sequence[0] + 3)), "the first: the opened file"
+
+
 def test_numbers_that_do_not_fit_end_nothing(tmp_path: Path) -> None:
     rig = Rig(tmp_path, SDLOG_MODE=2)
     rig.run(0.1)
