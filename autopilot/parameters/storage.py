@@ -19,14 +19,12 @@ RETRIES = 3
 KEPT_BY_AUTOCONFIG = (
     "SYS_AUTOSTART",
     "SYS_PARAM_VER",
-    "RC*",
     "CAL_*",
-    "COM_FLTMODE*",
     "LND_FLIGHT*",
     "TC_*",
     "COM_FLIGHT*",
 )
-"""What a start with SYS_AUTOCONFIG 1 does not reset."""
+"""What a start with SYS_AUTOCONFIG 1 does not reset (init.d-posix/rcS)."""
 OF_THIS_START = ("MAV_SYS_ID", "SYS_AUTOSTART")
 """The start-up script sets them from instance and model: what was saved does not count."""
 

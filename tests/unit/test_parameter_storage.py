@@ -130,7 +130,8 @@ def test_unknown_names_wrong_types_and_what_belongs_to_the_start_are_left_out(tm
 
 def test_autoconfig_resets_all_but_calibration_and_counters(tmp_path: Path) -> None:
     start = Start(tmp_path)
-    for name, value in {"SYS_AUTOCONFIG": 1, "MPC_XY_CRUISE": 6.5, "CAL_ACC0_XOFF": 0.1, "COM_FLIGHT_UUID": 4}.items():
+    values = {"MPC_XY_CRUISE": 6.5, "COM_FLTMODE1": 2, "RC1_MIN": 900.0, "CAL_ACC0_XOFF": 0.1, "COM_FLIGHT_UUID": 4}
+    for name, value in {"SYS_AUTOCONFIG": 1, **values}.items():
         start.parameters.set(name, value)
     start.storage.close()
     again = Start(tmp_path)
