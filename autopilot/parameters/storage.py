@@ -27,6 +27,8 @@ KEPT_BY_AUTOCONFIG = (
 """What a start with SYS_AUTOCONFIG 1 does not reset (init.d-posix/rcS)."""
 OF_THIS_START = ("MAV_SYS_ID", "SYS_AUTOSTART")
 """The start-up script sets them from instance and model: what was saved does not count."""
+NO_AIRFRAME = 0
+"""SYS_AUTOSTART by PX4's own default."""
 
 
 class ParameterStorage:
@@ -43,14 +45,17 @@ class ParameterStorage:
         self._saved_us = -SAVE_INTERVAL_US
         self._tries = 0
         self._trouble_told = False
+        self._saved_airframe: Value | None = None
 
     def boot(self) -> None:
-        """What the start-up script does: load, and reset if SYS_AUTOCONFIG wants it."""
+        """What the start-up script does: load, and reset if SYS_AUTOCONFIG wants it or the airframe is another one."""
         parameters = self._parameters
         self.load()
         if self._file is not None and not self._file.exists():
             parameters.edits += 1  # the script sets SYS_AUTOSTART, which is saved soon
-        if parameters["SYS_AUTOCONFIG"] > 0:
+        airframe = parameters["SYS_AUTOSTART"]
+        is_another = airframe != NO_AIRFRAME and self._saved_airframe not in (None, airframe)
+        if is_another or parameters["SYS_AUTOCONFIG"] > 0:
             parameters.reset(lambda name: not matches(name, KEPT_BY_AUTOCONFIG))
 
     def load(self) -> bool:
@@ -76,6 +81,7 @@ class ParameterStorage:
                 if not whole:
                     self._say(Severity.CRITICAL, f"Parameters not loaded: {path.name} is damaged")
             parameters.load({name: value for name, value in values.items() if _counts(name, value)})
+            self._saved_airframe = values.get("SYS_AUTOSTART")
             if whole:
                 break
             intact = False
@@ -90,7 +96,11 @@ class ParameterStorage:
         if self._file is None or self._backup is None:
             self._parameters.unsaved.clear()
             return True
-        document = parameter_file.encode(self._parameters.changed())
+        values = self._parameters.changed()
+        airframe = self._parameters.told("SYS_AUTOSTART")
+        if airframe != NO_AIRFRAME:
+            values["SYS_AUTOSTART"] = airframe
+        document = parameter_file.encode(dict(sorted(values.items())))
         try:
             storage.write(self._file, document)
             storage.write(self._backup, document)

@@ -23,9 +23,9 @@ DOCUMENT = (
 class Start:
     """One start of an autopilot with a folder; `said` is what it told."""
 
-    def __init__(self, root: Path | None) -> None:
+    def __init__(self, root: Path | None, airframe: int = 10044) -> None:
         self.said: list[str] = []
-        self.parameters = Parameters(VehicleKind.MULTICOPTER, {"SYS_AUTOSTART": 10044, "MAV_SYS_ID": 3})
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, {"SYS_AUTOSTART": airframe, "MAV_SYS_ID": 3})
         self.storage = ParameterStorage(self.parameters, root, self._say)
         self.storage.boot()
         self.now_us = 0
@@ -65,6 +65,7 @@ def test_a_change_is_saved_after_300_ms_and_there_at_the_next_start(tmp_path: Pa
     assert parameter_file.decode((tmp_path / storage.PARAMETERS).read_bytes())[0] == {
         "COM_RC_IN_MODE": 2,
         "MPC_XY_CRUISE": 6.5,
+        "SYS_AUTOSTART": 10044,
     }
     again = Start(tmp_path)
     assert (again.parameters["MPC_XY_CRUISE"], again.parameters["COM_RC_IN_MODE"]) == (6.5, 2)
@@ -96,7 +97,7 @@ def test_a_value_set_back_leaves_the_file(tmp_path: Path) -> None:
     start.run(1.0)
     start.parameters.set("MPC_XY_CRUISE", start.parameters.default("MPC_XY_CRUISE"))
     start.run(3.0)
-    assert parameter_file.decode((tmp_path / storage.PARAMETERS).read_bytes()) == ({}, True)
+    assert parameter_file.decode((tmp_path / storage.PARAMETERS).read_bytes()) == ({"SYS_AUTOSTART": 10044}, True)
 
 
 def test_a_damaged_file_gives_way_to_its_backup_and_is_mended(tmp_path: Path) -> None:
@@ -136,6 +137,26 @@ def test_autoconfig_resets_all_but_calibration_and_counters(tmp_path: Path) -> N
     start.storage.close()
     again = Start(tmp_path)
     assert again.parameters.changed() == {"CAL_ACC0_XOFF": pytest.approx(0.1), "COM_FLIGHT_UUID": 4}
+
+
+def test_another_airframe_begins_with_its_own_values(tmp_path: Path) -> None:
+    """The start-up script compares SYS_AUTOSTART with the one that was saved."""
+    start = Start(tmp_path)
+    start.parameters.set("MPC_XY_CRUISE", 6.5)
+    start.parameters.set("CAL_ACC0_XOFF", 0.1)
+    start.storage.close()
+    assert Start(tmp_path).parameters["MPC_XY_CRUISE"] == 6.5
+    other = Start(tmp_path, airframe=10016)
+    assert other.parameters.changed() == {"CAL_ACC0_XOFF": pytest.approx(0.1)}
+    other.run(1.0)
+    back = Start(tmp_path)
+    assert back.parameters["MPC_XY_CRUISE"] == back.parameters.default("MPC_XY_CRUISE")
+
+
+def test_files_that_do_not_name_their_airframe_count(tmp_path: Path) -> None:
+    """As they were written by earlier emulators."""
+    (tmp_path / storage.PARAMETERS).write_bytes(parameter_file.encode({"MPC_XY_CRUISE": 6.5}))
+    assert Start(tmp_path).parameters["MPC_XY_CRUISE"] == 6.5
 
 
 def test_a_full_disk_is_told_once_and_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
