@@ -47,6 +47,8 @@ class Station:
     """A ground station on one link of a server."""
 
     def __init__(self, root: Path | None, link: str = "gcs") -> None:
+        self.rest = b""
+        """What the last answer's payload holds behind its data."""
         self.server = Ftp(1, root, lambda: ETC)
         self.link = Link(link, "normal", ports.gcs(0), Encoder(1))
         self.parser = mavlink.MAVLink(None)
@@ -97,6 +99,7 @@ class Station:
             raw = bytes(message.payload)
             head = HEADER.unpack_from(raw)
             replies.append(Reply._make((*head, raw[12 : 12 + head[3]])))
+            self.rest = raw[12 + head[3] :]
         return replies
 
 
@@ -302,6 +305,22 @@ def test_a_request_that_comes_again_is_answered_again_and_done_once(station: Sta
 def test_the_same_number_from_somebody_else_is_another_request(station: Station) -> None:
     assert station.ask(MKDIR, "work", sequence=8).said == "ACK"
     assert station.ask(RMDIR, "work", sequence=8, sender=(254, 190)).said == "ACK"
+
+
+def test_an_answer_bears_nothing_of_its_request_but_when_it_is_sent_again(station: Station) -> None:
+    assert station.ask(MKDIR, "a_long_name", sequence=7).said == "ACK"
+    assert station.rest == bytes(239)
+    assert station.ask(MKDIR, "a_long_name", sequence=7).said == "ACK"
+    assert station.rest.rstrip(b"\0") == b"a_long_name"
+    assert station.ask(OPEN_RO, "no_such_file").said == f"NAK {NOT_FOUND}"
+    assert station.rest == bytes(238)
+
+
+def test_a_new_name_of_one_letter_needs_its_zero(station: Station, root: Path) -> None:
+    (root / "file").write_text("")
+    assert station.ask(RENAME, "file\0b").said == f"NAK {ERRNO} 0"
+    assert station.ask(RENAME, "file\0b\0").said == "ACK"
+    assert (root / "b").exists()
 
 
 def test_an_open_that_comes_again_finds_the_session_taken_where_the_size_looks_as_if_it_were(

@@ -23,6 +23,9 @@ from sitl_emu.core import dialect as mavlink
 HEADER = struct.Struct("<HBBBBBBI")
 SIZE = struct.Struct("<I")
 DATA_BYTES: Final = 239
+PAYLOAD_BYTES: Final = HEADER.size + DATA_BYTES
+"""What is not used of it is zero, so that MAVLink leaves it out; only an answer that is sent again still bears the rest
+of its request (MavlinkFTP::_reply)."""
 PATH_BYTES: Final = 238
 ACK, NAK = 128, 129
 NONE, TERMINATE, RESET, LIST, OPEN_RO, READ, CREATE, WRITE, REMOVE, MKDIR, RMDIR = range(11)
@@ -46,6 +49,8 @@ BURST_BYTES: Final = 35_000
 """A burst ends with the first batch that goes beyond; the reader asks for the next."""
 BATCH_PACKETS: Final = 24
 """Packets that PX4's UDP buffer takes at a time. Each is full, whatever size was asked for."""
+SHORTEST_REST: Final = 2
+"""A new path follows the old one where there are more bytes than these behind it: one letter alone is none."""
 CRC_PIECE_BYTES = 1 << 20
 """How much of a file a CRC covers before the tick must go on."""
 LARGEST_SKIP = (1 << 31) - 1
@@ -67,7 +72,7 @@ class Request(NamedTuple):
     padding: int
     offset: int
     raw: bytes
-    """The whole payload: the answer is written into a copy of it, as PX4 does."""
+    """The whole payload: the answer is written into a copy of it."""
     sender: tuple[int, int]
 
     @property
@@ -300,8 +305,8 @@ class Ftp:
         return b""
 
     def _rename(self, request: Request, _state: LinkState) -> bytes:
-        old, zero, rest = request.data.partition(b"\0")
-        if not zero:
+        old, _, rest = request.data.partition(b"\0")
+        if len(old) + SHORTEST_REST >= request.size:
             raise RefusedError(FAIL_ERRNO)
         self._files.rename(os.fsdecode(old), os.fsdecode(rest.split(b"\0", 1)[0]))
         return b""
@@ -357,10 +362,10 @@ class Ftp:
         head = HEADER.pack(
             sequence, session, opcode, len(data), request.opcode, complete, request.padding, request.offset
         )
-        payload = head + data + request.raw[len(head) + len(data) :]
-        if len(data) <= KEPT_BYTES and payload[len(head)] != NO_SESSIONS:
-            state.kept_answer = sequence, request.sender, payload
-        self._send(link, request.sender, payload)
+        kept = head + data + request.raw[len(head) + len(data) :]
+        if len(data) <= KEPT_BYTES and kept[len(head)] != NO_SESSIONS:
+            state.kept_answer = sequence, request.sender, kept
+        self._send(link, request.sender, (head + data).ljust(PAYLOAD_BYTES, b"\0"))
 
     @staticmethod
     def _send(link: Link, receiver: tuple[int, int], payload: bytes) -> None:
