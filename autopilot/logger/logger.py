@@ -160,8 +160,7 @@ class Logger:
         self._buffer: list[bytes] = []
         self._told_seen = self._reports_seen = 0
         self._said = Said(texts)
-        self._version = -1
-        self._values: dict[str, float | int] = {}
+        self._notifications = parameters.notifications
 
     # --- when ----------------------------------------------------------------------------------------------
 
@@ -339,8 +338,6 @@ class Logger:
         recently_us = now_us - RECENT_US
         older = [each.number for each in self._topics.commands_told if each.timestamp < recently_us]
         self._told_seen = max(older, default=0)
-        self._version = parameters.version
-        self._values = {name: parameters[name] for name in parameters}
 
     def _definitions(self, now_us: int) -> list[bytes]:
         """Everything up to the first data."""
@@ -450,16 +447,14 @@ class Logger:
             self._begin_file(now_us)
 
     def _gather_rare(self, now_us: int) -> None:
-        """Texts, events and changed parameters."""
+        """Texts, events and changed parameters: all that are not saved whenever one changes, none after disarming."""
         buffer = self._buffer
         buffer += self._said.take_lines()
-        if self._parameters.version != self._version:
-            self._version = self._parameters.version
-            for name, old in self._values.items():
-                value = self._parameters[name]
-                if value is not old and value != old:
-                    self._values[name] = value
-                    buffer.append(ulog.parameter(name, value, self._parameters.is_float(name)))
+        parameters = self._parameters
+        if parameters.notifications != self._notifications and not self._stop_us:
+            self._notifications = parameters.notifications
+            for name in sorted(name for name in parameters.unsaved if name in parameters.index):
+                buffer.append(ulog.parameter(name, parameters.told(name), parameters.is_float(name)))
         self._gather_queues(buffer)
         buffer += [self._event.message(heard_us, event) for heard_us, event in self._said.take_events()]
 

@@ -395,6 +395,24 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     assert log.initial_parameters["MPC_XY_P"] == pytest.approx(0.95)
 
 
+def test_changed_parameters_are_logged_until_disarming_with_all_that_are_not_saved(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.arm()
+    rig.run(0.1)
+    rig.parameters.set("MPC_XY_P", 0.5)
+    rig.run(0.1)
+    rig.parameters.set("COM_FLIGHT_UUID", 3, notify=False)
+    rig.run(0.1)
+    rig.parameters.set("MPC_Z_P", 0.7)
+    rig.run(0.1)
+    rig.arm(False)
+    rig.run(0.1)
+    rig.parameters.set("LND_FLIGHT_T_LO", 9)
+    rig.run(2.0)
+    changed = rig.read(FIRST).changed_parameters
+    assert [name for _, name, _ in changed] == ["MPC_XY_P", "COM_FLIGHT_UUID", "MPC_XY_P", "MPC_Z_P"]
+
+
 def test_a_log_begins_with_what_was_said_last_before_it(tmp_path: Path) -> None:
     """Four texts and sixteen events wait in uORB for a logger that does not read."""
     rig = Rig(tmp_path)
