@@ -246,6 +246,26 @@ def test_uorb_top_measures_once_as_nobody_could_end_it() -> None:
     assert any("vehicle_status " in line for line in chosen) and all("_status" in line for line in chosen)
 
 
+def test_system_time_tells_the_date_and_how_long_it_runs() -> None:
+    console = Console()
+    console.autopilot.now_us = 62_000_000
+    boot_s = console.autopilot.mavlink.context.boot_unix_us // 1_000_000
+    assert console.output("system_time get") == (
+        f"INFO  [system_time] Unix epoch time: {boot_s + 62}\n"
+        "INFO  [system_time] System time: Thu 2026-01-01 00:01:02 UTC\n"
+        "INFO  [system_time] Uptime (since boot): 62 s\n"
+    )
+    assert console.output("system_time").startswith("ERROR [system_time] system_time: not enough arguments\nUsage: ")
+    assert console.output("system_time set 7").startswith("ERROR [system_time] system_time: Unknown subcommand\n")
+
+
+def test_a_logger_that_was_not_started_does_nothing() -> None:
+    console = Console()
+    console.autopilot.logger._backend = 0
+    assert console.output("logger status").startswith("INFO  [module] not running\n")
+    assert console.output("logger on").startswith("WARN  [logger] logger not running\n\nUsage: logger")
+
+
 def test_sleep_takes_vehicle_time_and_input_waits() -> None:
     console = Console()
     began_us = console.autopilot.now_us

@@ -49,8 +49,8 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         instance = integer(words[at + 1]) & 0xFF
         del words[at : at + 2]
     if len(words) < 2:
-        yield error("failure", "Not enough arguments.")
         yield _usage()
+        yield error("failure", "Not enough arguments.")
         return FAILURE
     unit, kind = UNITS.get(words[0]), TYPES.get(words[1])
     if unit is None:

@@ -2,15 +2,19 @@
 
 from collections.abc import Sequence
 
-from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, info
-from sitl_emu.autopilot.shell.commands.module import default_command
+from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, info, usage, warning
+from sitl_emu.autopilot.shell.commands.module import COMMANDS, default_command
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`logger status`, `logger on`, `logger off`."""
     logger = vehicle.logger
     command = arguments[0] if arguments else ""
-    if command == "status":
+    if not logger.runs and command in ("on", "off"):
+        yield warning("logger", "logger not running\n")
+        yield usage("logger", COMMANDS)
+        return FAILURE
+    if logger.runs and command == "status":
         for line in logger.status():
             yield info("logger", line)
         return SUCCESS
@@ -20,4 +24,4 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     if command == "off":
         logger.off()
         return SUCCESS
-    return (yield from default_command("logger", True, arguments))
+    return (yield from default_command("logger", logger.runs, arguments))

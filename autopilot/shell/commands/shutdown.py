@@ -11,6 +11,6 @@ SHUTDOWN = 2.0
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """Not while armed, unlike PX4."""
-    yield "Exiting in shutdown_main\n"
+    yield "Exiting NOW.\n"
     send(vehicle, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, SHUTDOWN)
     return SUCCESS

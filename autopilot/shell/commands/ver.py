@@ -7,6 +7,7 @@ from sitl_emu.autopilot.mavlink.streams import autopilot_version
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, usage
 
 BOARD = "PX4_SITL"
+EXAMPLES = {"hwcmp": "PX4_FMU_V2", "hwtypecmp": "{V2|V2M|V30|V31}"}
 RELEASE = 255
 """FIRMWARE_VERSION_TYPE_OFFICIAL, the last byte of a released version's number."""
 GUID_DIGITS = 36
@@ -32,7 +33,7 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     what = arguments[0]
     if what in ("hwcmp", "hwtypecmp"):
         if len(arguments) < 2:
-            yield error("ver", f"Not enough arguments, try 'ver {what} {BOARD}'")
+            yield error("ver", f"Not enough arguments, try 'ver {what} {EXAMPLES[what]}'")
             return FAILURE
         return SUCCESS if what == "hwcmp" and BOARD in arguments[1:] else FAILURE
     sections = {
