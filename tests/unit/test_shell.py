@@ -1,6 +1,7 @@
 """The MAVLink shell on simulated time: PX4's console over SERIAL_CONTROL."""
 
 import random
+import re
 
 import pytest
 
@@ -123,6 +124,19 @@ def test_a_parameter_that_is_set_compared_or_touched_is_in_use(line: str) -> Non
     assert "ASPD_TAS_NOISE" not in parameters.index
     console.output(f"param {line}")
     assert "ASPD_TAS_NOISE" in parameters.index and len(parameters.announced) == count + 1
+
+
+def test_param_status_counts_what_is_used_changed_and_the_airframes() -> None:
+    console = Console()
+    console.autopilot.parameters.set("MPC_XY_P", 1.2)
+    lines = console.output("param status").splitlines()
+    assert lines[1:4] == [
+        "INFO  [parameters] file: parameters.bson",
+        "INFO  [parameters] backup file: parameters_backup.bson",
+        "INFO  [parameters] storage array: 1/1864 elements (256 bytes total)",
+    ]
+    assert re.fullmatch(r"INFO  \[parameters\] storage array \(custom defaults\): \d+/1864 .*", lines[4])
+    assert lines[5] == "INFO  [parameters] auto save: on"
 
 
 def test_param_lists_for_an_airframe_what_is_in_use_and_no_counters() -> None:

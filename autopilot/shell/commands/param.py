@@ -107,11 +107,21 @@ def _show_for_airframe(parameters: Parameters) -> Output:
 
 def _status(parameters: Parameters) -> Output:
     used, total, changed = len(parameters.announced), len(parameters.everything), len(parameters.changed())
+    names = parameters.everything
+    custom = sum(parameters.default(name) != parameters.typed(name, parameters.row(name)["default"]) for name in names)
     yield info("parameters", f"summary: {used}/{total} (used/total)")
     yield info("parameters", "file: parameters.bson")
-    yield info("parameters", f"storage array: {changed}/{total} elements")
+    yield info("parameters", "backup file: parameters_backup.bson")
+    yield info("parameters", f"storage array: {changed}/{total} elements ({_bytes(changed)} bytes total)")
+    counts = f"{custom}/{total} elements ({_bytes(custom)} bytes total)"
+    yield info("parameters", f"storage array (custom defaults): {counts}")
     yield info("parameters", "auto save: on")
     return SUCCESS
+
+
+def _bytes(count: int) -> int:
+    """Of the slots for so many values: there are 32, and 4 more whenever they do not suffice (DynamicSparseLayer.h)."""
+    return 8 * (32 + 4 * max(0, -(-(count - 32) // 4)))
 
 
 def _set(parameters: Parameters, words: list[str]) -> Output:
