@@ -69,6 +69,28 @@ class RemoteComponent:
         self.received = self.lost = self.last_sequence = 0
 
 
+class PingStatistics:
+    """How long answers to our pings take (PX4: MavlinkReceiver::handle_message_ping)."""
+
+    __slots__ = ("answers", "dropped", "last_ms", "last_sequence", "max_ms", "mean_ms", "min_ms")
+
+    def __init__(self) -> None:
+        self.answers = self.dropped = self.last_sequence = 0
+        self.last_ms = self.mean_ms = self.max_ms = self.min_ms = 0.0
+
+    def answered(self, took_ms: float, sequence: int) -> None:
+        """An answer came; pings before the first one are not counted as lost, and the mean forgets quickly."""
+        if self.last_sequence == 0 and sequence > 0:
+            self.last_sequence = sequence - 1
+        if sequence > self.last_sequence:
+            self.dropped += sequence - self.last_sequence - 1
+        self.last_sequence = sequence
+        self.answers += 1
+        self.last_ms, self.mean_ms = took_ms, (took_ms + self.mean_ms) / 2.0
+        self.max_ms = max(took_ms, self.max_ms)
+        self.min_ms = min(took_ms, self.min_ms) if self.min_ms > 0.0 else took_ms
+
+
 class Link:
     """One of PX4's four MAVLink instances."""
 
@@ -95,6 +117,7 @@ class Link:
         self.messages_lost = 0
         self.parse_errors = 0
         self.ping_sequence = 0
+        self.pings = PingStatistics()
         self.statustext_interval_us = 50_000
         """Interval of STATUSTEXT as it was asked for; -1 is off."""
         self.silent_intervals_us: dict[int, int] = {}

@@ -12,6 +12,17 @@ from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer, command_long, only
 
 
+def test_answers_to_our_pings_are_timed() -> None:
+    peer = Peer()
+    pings = peer.mavlink.links[GCS].pings
+    peer.now_us = 1_000_000
+    for sequence, sent_us in ((5, 998_000), (6, 996_000), (9, 990_000)):
+        peer.send(mavlink.MAVLink_ping_message(sent_us, sequence, 1, 1))
+    peer.send(mavlink.MAVLink_ping_message(0, 10, 7, 1))
+    assert (pings.answers, pings.dropped, pings.last_ms, pings.max_ms, pings.min_ms) == (3, 2, 10.0, 10.0, 2.0)
+    assert pings.mean_ms == (10.0 + (4.0 + 1.0) / 2.0) / 2.0
+
+
 def test_ping_timesync_heartbeat() -> None:
     peer = Peer()
     peer.now_us = 5_000_000

@@ -385,6 +385,17 @@ def test_the_ground_stations_half_runs_a_line() -> None:
     assert lonely.done and lonely.failed
 
 
+def test_mavlink_status_tells_how_long_answers_to_pings_take() -> None:
+    console = Console()
+    assert "ping statistics" not in console.output("mavlink status")
+    console.autopilot.mavlink.links[GCS].pings.answered(4.0, 1)
+    assert (
+        "\tping statistics:\n\t  last: 4.00 ms\n\t  mean: 2.00 ms\n\t  max: 4.00 ms\n\t  min: 4.00 ms\n"
+        "\t  dropped packets: 0\n"
+    ) in console.output("mavlink status")
+    assert console.output("mavlink stream -u 18570 -s ATTITUDE -r -1").startswith("Usage: mavlink")
+
+
 def test_modules_say_whether_they_run() -> None:
     console, rover = Console(), Console("rover")
     assert console.output("mc_pos_control status") == "running\n"

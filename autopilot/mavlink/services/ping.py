@@ -1,9 +1,14 @@
-"""PING: answers a broadcast ping with its sender as target (https://mavlink.io/en/services/ping.html)."""
+"""PING: answers a broadcast ping with its sender as target, and times the answers to ours.
 
-from typing import Any, ClassVar
+https://mavlink.io/en/services/ping.html; `mavlink status` tells how long answers take.
+"""
+
+from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
+
+AUTOPILOT_COMPONENT: Final = 1
 
 
 class Ping:
@@ -17,8 +22,11 @@ class Ping:
         self._system_id = system_id
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """Echo time and number."""
-        if message.target_system == 0 and message.target_component == 0 and message.get_srcSystem() != self._system_id:
+        """Echo time and number, or take note of an answer."""
+        target = (message.target_system, message.target_component)
+        if target == (self._system_id, AUTOPILOT_COMPONENT):
+            link.pings.answered((now_us - message.time_usec) / 1000.0, message.seq)
+        elif target == (0, 0) and message.get_srcSystem() != self._system_id:
             sender = (message.get_srcSystem(), message.get_srcComponent())
             link.send_fields(mavlink.MAVLINK_MSG_ID_PING, message.time_usec, message.seq, *sender)
 

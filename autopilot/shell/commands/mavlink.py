@@ -18,7 +18,7 @@ DATA_RATE_BYTES_PER_S = 4_000_000
 FRAME_OVERHEAD_BYTES = 12
 COMMANDS = (
     ("status", "all links; streams: what each of them sends"),
-    ("stream", "-u PORT -s NAME -r HZ: how often a link sends a message (0 off, -1 default)"),
+    ("stream", "-u PORT -s NAME -r HZ: how often a link sends a message (0 off, without: default)"),
     ("boot_complete", ""),
 )
 
@@ -68,6 +68,14 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     yield "\tBroadcast enabled: NO\n"
     if link.messages_received:
         yield "\tpartner IP: 127.0.0.1\n"
+    pings = link.pings
+    if pings.answers:
+        yield "\tping statistics:\n"
+        yield f"\t  last: {pings.last_ms:0.2f} ms\n"
+        yield f"\t  mean: {pings.mean_ms:0.2f} ms\n"
+        yield f"\t  max: {pings.max_ms:0.2f} ms\n"
+        yield f"\t  min: {pings.min_ms:0.2f} ms\n"
+        yield f"\t  dropped packets: {pings.dropped}\n"
     return SUCCESS
 
 
@@ -92,6 +100,9 @@ def _stream(vehicle: Vehicle, words: list[str]) -> Output:
         yield usage("mavlink", COMMANDS)
         return FAILURE
     port, name, hz = integer(options["-u"]), options["-s"], number(options.get("-r", "-1"))
+    if "-r" in options and hz < 0.0:
+        yield usage("mavlink", COMMANDS)
+        return FAILURE
     link = next((link for link in vehicle.mavlink.links if link.ports.local == port), None)
     if link is None:
         yield warning("mavlink", f"mavlink for network on port {port} is not running")
