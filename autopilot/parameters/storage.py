@@ -4,6 +4,8 @@ As PX4 SITL: param_load_default, param_save_default, autosave.cpp and the start-
 that can't be read gives way to its backup, and where there is none, to the defaults. Without a folder nothing is kept.
 """
 
+import errno
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -37,6 +39,7 @@ class ParameterStorage:
     def __init__(self, parameters: Parameters, root: Path | None, say: Callable[[Severity, str], None]) -> None:
         """`root` is the instance's folder, None for no storage; `say` tells the ground of trouble."""
         self._parameters = parameters
+        self._root = root
         self._file = None if root is None else root / storage.PARAMETERS
         self._backup = None if root is None else root / storage.PARAMETERS_BACKUP
         self._say = say
@@ -96,11 +99,7 @@ class ParameterStorage:
         if self._file is None or self._backup is None:
             self._parameters.unsaved.clear()
             return True
-        values = self._parameters.changed()
-        airframe = self._parameters.told("SYS_AUTOSTART")
-        if airframe != NO_AIRFRAME:
-            values["SYS_AUTOSTART"] = airframe
-        document = parameter_file.encode(dict(sorted(values.items())))
+        document = self._document()
         try:
             storage.write(self._file, document)
             storage.write(self._backup, document)
@@ -112,6 +111,44 @@ class ParameterStorage:
         self._trouble_told = False
         self._parameters.unsaved.clear()
         return True
+
+    def export(self, name: str) -> None:
+        """Write the changed values into a file of the folder (the shell's `param save FILE`). Raises OSError."""
+        storage.write(self._inside(name), self._document())
+
+    def take_from(self, name: str, *, reset: bool) -> tuple[dict[str, Value], bool]:
+        """Take over a file's values, after a `reset` alone or on top of what is set, and save nothing by that.
+
+        (The values, whether the file is whole.) Raises OSError.
+        """
+        values, whole = parameter_file.decode(self._inside(name).read_bytes())
+        parameters = self._parameters
+        edits = parameters.edits
+        if reset:
+            parameters.reset()
+        parameters.load({name: value for name, value in values.items() if _counts(name, value)})
+        parameters.unsaved.difference_update(values)
+        if self._edits_seen == edits:
+            self._edits_seen = parameters.edits
+        return values, whole
+
+    def _document(self) -> bytes:
+        values = self._parameters.changed()
+        airframe = self._parameters.told("SYS_AUTOSTART")
+        if airframe != NO_AIRFRAME:
+            values["SYS_AUTOSTART"] = airframe
+        return parameter_file.encode(dict(sorted(values.items())))
+
+    def _inside(self, name: str) -> Path:
+        """A file of the folder: nobody gets out of it, and nobody waits for what is no file. Raises OSError."""
+        if self._root is None:
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+        path = (self._root / name).resolve()
+        if not path.is_relative_to(self._root.resolve()):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        if path.exists() and not path.is_file():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        return path
 
     def update(self, now_us: int) -> None:
         """Save when it is time; run often."""

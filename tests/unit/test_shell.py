@@ -2,6 +2,7 @@
 
 import random
 import re
+from pathlib import Path
 
 import pytest
 
@@ -28,8 +29,8 @@ TICK_US = 4_000
 class Console:
     """An autopilot that stands, and its shell without MAVLink."""
 
-    def __init__(self, model: str = "iris") -> None:
-        self.autopilot = Autopilot(vehicles.load(model).airframe, 0)
+    def __init__(self, model: str = "iris", root: Path | None = None) -> None:
+        self.autopilot = Autopilot(vehicles.load(model).airframe, 0, root)
         self.pxh = Pxh(COMMANDS, self.autopilot)
 
     def type(self, text: str) -> str:
@@ -124,6 +125,29 @@ def test_a_parameter_that_is_set_compared_or_touched_is_in_use(line: str) -> Non
     assert "ASPD_TAS_NOISE" not in parameters.index
     console.output(f"param {line}")
     assert "ASPD_TAS_NOISE" in parameters.index and len(parameters.announced) == count + 1
+
+
+def test_param_saves_into_a_file_and_takes_from_it(tmp_path: Path) -> None:
+    console = Console(root=tmp_path)
+    (tmp_path / "log").mkdir()
+    parameters = console.autopilot.parameters
+    parameters.set("MPC_XY_P", 1.25)
+    assert console.output("param save mine.bson") == "" and (tmp_path / "mine.bson").exists()
+    parameters.set("MPC_XY_P", 0.75)
+    parameters.set("MPC_Z_P", 0.5)
+    printed = console.output("param import mine.bson")
+    assert printed == (
+        "INFO  [param] importing from 'mine.bson'\n"
+        "INFO  [parameters] BSON document size 42 bytes, decoded 42 bytes (INT32:1, FLOAT:1)\n"
+    )
+    assert (parameters["MPC_XY_P"], parameters["MPC_Z_P"]) == (1.25, 0.5)
+    assert console.output("param load mine.bson").startswith("INFO  [parameters] BSON document size 42 bytes")
+    assert (parameters["MPC_XY_P"], parameters["MPC_Z_P"]) == (1.25, parameters.default("MPC_Z_P"))
+    assert console.output("param load nothing.bson").startswith("ERROR [param] open 'nothing.bson' failed (2)\n")
+    assert console.output("param load ../mine.bson").startswith("ERROR [param] open '../mine.bson' failed (13)\n")
+    assert console.output("param load log").startswith("ERROR [param] open 'log' failed (21)\n")
+    assert console.output("param save .").startswith("ERROR [param] exporting to '.' failed (-1)\n")
+    assert console.output("param save /etc/x").startswith("ERROR [param] exporting to '/etc/x' failed (-1)\n")
 
 
 def test_param_status_counts_what_is_used_changed_and_the_airframes() -> None:

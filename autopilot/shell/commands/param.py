@@ -5,10 +5,24 @@ default, * was set and is not saved yet, l can't be changed, which PX4's simulat
 compares or touches one marks it as in use (param_find), so that ground stations get it in their list from then on.
 """
 
+import errno
 from collections.abc import Sequence
 
 from sitl_emu.autopilot.parameters import Parameters, Value
-from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, integer, number, usage
+from sitl_emu.autopilot.parameters import file as parameter_file
+from sitl_emu.autopilot.shell.command import (
+    FAILURE,
+    SUCCESS,
+    Output,
+    Vehicle,
+    error,
+    info,
+    integer,
+    number,
+    usage,
+    warning,
+)
+from sitl_emu.autopilot.storage import storage
 
 LEGEND = "Symbols: x = used, + = saved, * = unsaved, l = locked\n"
 OF_VEHICLE = ("RC", "TC_", "CAL_")
@@ -29,7 +43,9 @@ COMMANDS = (
     ("index", "NUMBER: the parameter with this index"),
     ("index_used", "NUMBER: the same among those in use"),
     ("find", "NAME: its index"),
-    ("save", "write changed values to storage now"),
+    ("save", "[FILE]: write changed values to storage, or to a file, now"),
+    ("load", "[FILE]: take over a file's values alone"),
+    ("import", "[FILE]: take over a file's values"),
 )
 
 
@@ -60,6 +76,10 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return SUCCESS
     if command == "save" and not words:
         return SUCCESS if vehicle.parameter_storage.save() else FAILURE
+    if command == "save":
+        return (yield from _export(vehicle, words[0]))
+    if command in ("load", "import"):
+        return (yield from _take(vehicle, command, words[0] if words else storage.PARAMETERS))
     yield usage("param", COMMANDS)
     return FAILURE
 
@@ -200,6 +220,36 @@ def _reset(parameters: Parameters, words: list[str]) -> Output:
         yield error("param", "not enough arguments (use 'param reset_all' to reset all).")
         return FAILURE
     parameters.reset(lambda name: any(_matches(pattern, name) for pattern in words))
+    return SUCCESS
+
+
+def _export(vehicle: Vehicle, name: str) -> Output:
+    try:
+        vehicle.parameter_storage.export(name)
+    except (OSError, ValueError):
+        yield error("param", f"exporting to '{name}' failed (-1)")
+        return FAILURE
+    return SUCCESS
+
+
+def _take(vehicle: Vehicle, command: str, name: str) -> Output:
+    """`load` forgets what was set before; `import` does not (do_load, do_import)."""
+    try:
+        values, whole = vehicle.parameter_storage.take_from(name, reset=command == "load")
+    except (OSError, ValueError) as trouble:
+        yield error("param", f"open '{name}' failed ({getattr(trouble, 'errno', None) or errno.EINVAL})")
+        return FAILURE
+    if command == "import":
+        yield info("param", f"importing from '{name}'")
+    for unknown in [each for each in values if each not in vehicle.parameters]:
+        yield warning("parameters", f"ignoring unrecognised parameter '{unknown}'")
+    if not whole:
+        yield error("param", f"importing from '{name}' failed (-1)")
+        return FAILURE
+    floats = sum(isinstance(value, float) for value in values.values())
+    size = len(parameter_file.encode(values))
+    counts = f"(INT32:{len(values) - floats}, FLOAT:{floats})"
+    yield info("parameters", f"BSON document size {size} bytes, decoded {size} bytes {counts}")
     return SUCCESS
 
 
