@@ -94,6 +94,20 @@ class Parameters:
         if notify:
             self.notifications += 1
 
+    def set_default(self, name: str, value: Value) -> None:
+        """Give this airframe another default (param_set_default_value), which is the value where nobody set one.
+
+        KeyError for an unknown name.
+        """
+        typed, before = self.typed(name, value), self._defaults[name]
+        if not _differs(typed, before):
+            return
+        self._defaults[name] = typed
+        if self._values[name] == before:
+            self._store(name, typed)
+        if name in self.index:
+            self.notifications += 1
+
     def set_quietly(self, values: Mapping[str, Value]) -> None:
         """Set several values as a module does for itself (param_set_no_notification), and tell of all at once.
 

@@ -127,6 +127,20 @@ def test_a_parameter_that_is_set_compared_or_touched_is_in_use(line: str) -> Non
     assert "ASPD_TAS_NOISE" in parameters.index and len(parameters.announced) == count + 1
 
 
+def test_param_set_default_changes_what_nobody_has_set() -> None:
+    console = Console()
+    parameters = console.autopilot.parameters
+    parameters.set("MPC_Z_P", 0.5)
+    version = parameters.version
+    assert console.output("param set-default MPC_XY_P 1.5") + console.output("param set-default MPC_Z_P 1.5") == ""
+    assert (parameters["MPC_XY_P"], parameters["MPC_Z_P"], parameters.default("MPC_Z_P")) == (1.5, 0.5, 1.5)
+    assert parameters.version > version and set(parameters.changed()) == {"MPC_Z_P"}
+    assert console.output("param reset MPC_Z_P") == "" and parameters["MPC_Z_P"] == 1.5
+    assert console.output("param set-default NO_SUCH 1").endswith("not found.\nCommand 'param' failed, returned -1.\n")
+    assert console.output("param set-default -s NO_SUCH 1") == "Command 'param' failed, returned 1.\n"
+    assert "Try 'param set-default X 3'" in console.output("param set-default X")
+
+
 def test_param_saves_into_a_file_and_takes_from_it(tmp_path: Path) -> None:
     console = Console(root=tmp_path)
     (tmp_path / "log").mkdir()

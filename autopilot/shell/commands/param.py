@@ -35,6 +35,7 @@ COMMANDS = (
     ("show-for-airframe", "changed values as lines of an airframe's file"),
     ("status", "how many there are"),
     ("set", "NAME VALUE [fail]"),
+    ("set-default", "[-s] NAME VALUE: what the parameter is while nobody sets it"),
     ("compare", "[-s] NAME VALUE...: succeed if it is one of these"),
     ("greater", "[-s] NAME VALUE: succeed if it is more"),
     ("touch", "NAME...: mark as used"),
@@ -61,6 +62,8 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return (yield from _status(parameters))
     if command == "set":
         return (yield from _set(parameters, words))
+    if command == "set-default":
+        return (yield from _set_default(parameters, words))
     if command in ("compare", "greater"):
         return (yield from _compare(parameters, command, words))
     if command in ("index", "index_used"):
@@ -158,6 +161,23 @@ def _set(parameters: Parameters, words: list[str]) -> Output:
         before, symbol = _value(parameters, name), _changed_symbol(parameters, name)
         parameters.set(name, value)
         yield f"{symbol} {name}: curr: {before} -> new: {_value(parameters, name)}\n"
+    return SUCCESS
+
+
+def _set_default(parameters: Parameters, words: list[str]) -> Output:
+    silent = words[:1] == ["-s"] and len(words) > 2
+    if not silent and len(words) != 2:
+        name = words[0] if words else "PARAM_NAME"
+        yield error("param", f"not enough arguments.\nTry 'param set-default {name} 3'")
+        return FAILURE
+    name, text = words[1:3] if silent else words
+    if name not in parameters:
+        if silent:
+            return FAILURE
+        yield error("param", f"Parameter {name} not found.")
+        return -1
+    parameters.use((name,))
+    parameters.set_default(name, _parsed(parameters, name, text))
     return SUCCESS
 
 
