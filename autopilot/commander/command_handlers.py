@@ -142,6 +142,7 @@ class CommandHandlers:
 
     def handle(self, now_us: int, command: VehicleCommand) -> int | None:
         """MAV_RESULT of one of `commands`; None for no ack."""
+        self._calibration.hear(now_us, command)
         handler = self._handlers.get(command.command)
         return FIXED[command.command] if handler is None else handler(now_us, command)
 

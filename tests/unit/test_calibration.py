@@ -3,13 +3,15 @@
 import math
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
-from sitl_emu.autopilot.commander.calibration.magnetometer import ellipsoid
+from sitl_emu.autopilot.commander.calibration.lm_fit import Ellipsoid, fit
 from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensor_calibration import (
+    DEVICE_IDS,
     NONE,
     corrected_accel,
     corrected_gyro,
@@ -62,6 +64,7 @@ class Table:
         self.accel: Callable[[float], Vector3] = lambda t: FORCES["down"]
         self.mag: Callable[[float], Vector3] = lambda t: (0.2, 0.0, 0.4)
         self.euler: Callable[[float], Vector3] = lambda t: (0.0, 0.0, 0.0)
+        self.q = (1.0, 0.0, 0.0, 0.0)
         self.run(0.1)
         self.said.clear()
 
@@ -71,6 +74,7 @@ class Table:
     def command(self, *params: float, armed: bool = False) -> int | None:
         """The result of a PREFLIGHT_CALIBRATION."""
         command = vehicle_command(241, *params, rest=0.0)
+        self.worker.hear(self.now_us, command)
         return self.worker.preflight_calibration(self.now_us, command, armed=armed)
 
     def run(self, seconds: float) -> None:
@@ -81,7 +85,7 @@ class Table:
             self.topics.sensor_combined = SensorCombined(now_us, self.gyro(t), self.accel(t))
             if now_us % 64_000 == 0:
                 self.topics.sensor_mag = SensorMag(now_us, self.mag(t))
-            self.topics.vehicle_attitude = VehicleAttitude(now_us, euler=self.euler(t))
+            self.topics.vehicle_attitude = VehicleAttitude(now_us, self.q, self.euler(t))
             self.worker.update(now_us)
 
     def run_until_done(self, limit_s: float) -> float:
@@ -129,10 +133,23 @@ def test_nothing_begins_while_armed_or_while_another_runs(table: Table) -> None:
     assert table.command(*ACCEL) == ACCEPTED
     table.run(0.5)
     assert table.command(*GYRO) == TEMPORARILY_REJECTED
-    table.run(0.1)
+    table.run(0.9)
+    assert table.answers() == []  # it is not looked at before the side is measured
+    table.run(7.0)
     assert table.answers() == [DENIED]
     assert "command denied during calibration: 241" in table.said
     assert table.worker.busy
+
+
+def test_who_is_denied_is_denied_until_something_else_is_asked(table: Table) -> None:
+    table.command(*GYRO)
+    table.run(0.1)
+    table.command(*ACCEL)
+    table.run(0.65)
+    assert table.answers() == [DENIED] * 3  # every 200 ms
+    table.worker.hear(table.now_us, vehicle_command(400, 0.0, rest=0.0))
+    table.run(0.4)
+    assert table.answers() == []
 
 
 def test_the_remote_control_is_shut_off_and_given_back(table: Table) -> None:
@@ -180,10 +197,21 @@ def test_a_gyro_calibration_is_cancelled(table: Table) -> None:
     table.command(*GYRO)
     table.run(0.3)
     assert table.command(*REST) == TEMPORARILY_REJECTED
-    table.run(0.01)
+    table.run(0.2)
     assert table.answers() == [ACCEPTED]
     table.run_until_done(1.0)
     assert table.said[-2:] == ["[cal] calibration cancelled", "[cal] calibration failed: gyro"]
+
+
+def test_a_gyro_keeps_an_offset_that_is_near_enough(table: Table) -> None:
+    table.gyro = lambda t: (0.02, 0.0, 0.0)
+    table.command(*GYRO)
+    table.run_until_done(3.0)
+    table.gyro = lambda t: (0.005, 0.005, 0.0)  # 7 mrad/s, as it is calibrated
+    table.command(*GYRO)
+    table.run_until_done(3.0)
+    offset = [table.parameters[f"CAL_GYRO0_{axis}OFF"] for axis in "XYZ"]
+    assert offset == pytest.approx([0.02, 0.0, 0.0], abs=1e-6)
 
 
 # --- accelerometer -------------------------------------------------------------------------------------------
@@ -208,7 +236,8 @@ def test_an_accelerometer_on_six_sides(table: Table) -> None:
 
 def test_an_accelerometer_that_nobody_turns(table: Table) -> None:
     table.command(*ACCEL)
-    assert table.run_until_done(60.0) > 15.0
+    # six rests until the side is told, 3.8 s each, and the 750 samples of one of them
+    assert table.run_until_done(60.0) == pytest.approx(6 * 3.8 + 3.0, abs=1.0)
     assert table.said[2:5] == [
         "[cal] hold vehicle still on a pending side",
         "[cal] detected rest position, hold still...",
@@ -228,18 +257,61 @@ def test_an_accelerometer_that_is_shaken(table: Table) -> None:
     table.run(2.0)
     assert "[cal] detected motion, hold still..." in table.said
     assert table.command(*REST) == TEMPORARILY_REJECTED
-    table.run_until_done(1.0)
+    table.run(5.0)
+    assert table.worker.busy and table.answers() == []  # PX4 looks for who cancels between two sides alone
+    table.accel = lambda t: FORCES["down"]
+    table.run_until_done(9.0)
     assert table.said[-2:] == ["[cal] calibration cancelled", "[cal] calibration failed: accel"]
+
+
+def test_an_accelerometer_in_a_board_that_leans(table: Table) -> None:
+    table.parameters.set("SENS_BOARD_X_OFF", 10.0)
+    leaning = corrections_of(table.parameters)
+    table.command(*ACCEL)
+    for force in FORCES.values():
+        x, y, z = raw_accel(force, leaning)
+        table.accel = lambda t, felt=(x, y + 0.3, z): corrected_accel(felt, leaning)  # type: ignore[misc]
+        table.run(8.0)
+    table.run_until_done(2.0)
+    offset = [table.parameters[f"CAL_ACC0_{axis}OFF"] for axis in "XYZ"]
+    assert offset == pytest.approx([0.0, 0.3, 0.0], abs=1e-4)
+
+
+def test_an_accelerometer_that_is_right_keeps_round_numbers(table: Table) -> None:
+    table.command(*ACCEL)
+    for x, y, z in FORCES.values():
+        table.accel = lambda t, force=(x * 1.0004 + 0.005, y, z): force  # type: ignore[misc]
+        table.run(8.0)
+    table.run_until_done(2.0)
+    assert table.said[-1] == "[cal] calibration done: accel"
+    assert [table.parameters[f"CAL_ACC0_X{suffix}"] for suffix in ("OFF", "SCALE")] == [0.0, 1.0]
 
 
 def test_an_accelerometer_quickly_as_it_stands(table: Table) -> None:
     table.accel = lambda t: (0.1, -0.2, -G + 0.3)
+    table.run(0.1)
     assert table.command(*QUICK) == ACCEPTED
-    table.run_until_done(3.1)
-    assert table.said == []
+    table.run(0.01)
+    assert table.said == [] and not table.worker.busy  # it is the newest sample alone
     assert corrected_accel((0.1, -0.2, -G + 0.3), corrections_of(table.parameters)) == pytest.approx(
         (0, 0, -G), abs=1e-6
     )
+
+
+def test_an_accelerometer_quickly_by_the_attitude_or_without_it(table: Table) -> None:
+    roll = math.radians(5.0)
+    lying = (0.0, -G * math.sin(roll), -G * math.cos(roll))
+    table.q = (math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0)
+    table.accel = lambda t: (lying[0] + 0.2, lying[1], lying[2])
+    table.run(0.1)
+    table.command(*QUICK)
+    assert [table.parameters[f"CAL_ACC0_{axis}OFF"] for axis in "XYZ"] == pytest.approx([0.2, 0.0, 0.0], abs=1e-5)
+    table.q = (1.0, 0.0, 0.0, 0.0)
+    table.accel = lambda t: (0.0, 1.05 * G, 0.0)  # 90 degrees from where it should be: only its strength is put right
+    table.parameters.set("CAL_ACC0_XOFF", 0.0)
+    table.run(0.1)
+    table.command(*QUICK)
+    assert [table.parameters[f"CAL_ACC0_{axis}OFF"] for axis in "XYZ"] == pytest.approx([0.0, 0.05 * G, 0.0], abs=1e-4)
 
 
 # --- magnetometer ---------------------------------------------------------------------------------------------
@@ -247,10 +319,11 @@ def test_an_accelerometer_quickly_as_it_stands(table: Table) -> None:
 
 def test_a_magnetometer_that_nobody_turns(table: Table) -> None:
     table.command(*MAG)
-    assert 35.0 < table.run_until_done(60.0) < 42.0
-    assert "[cal] Rotate vehicle around the detected orientation" in table.said
-    assert "[cal] Continue rotation for down 7.0 s" in table.said
+    # a rest, 35 s for somebody to turn it, and 7 s in which it is sampled all the same
+    assert 43.0 < table.run_until_done(60.0) < 48.0
+    assert "[cal] Rotate vehicle" in table.said
     assert table.said[-2:] == ["Failed: This calibration requires rotation.", "[cal] calibration failed: mag"]
+    assert not any("side done" in text for text in table.said)
 
 
 def turning(side: str, t: float) -> Vector3:
@@ -267,34 +340,81 @@ def turning(side: str, t: float) -> Vector3:
     }[side]
 
 
-def test_a_magnetometer_that_is_turned_on_all_sides(table: Table) -> None:
-    table.command(*MAG)
+RING = [turning("down", 0.1 * n) for n in range(60)]
+
+
+def turn_on_each_side(table: Table, distorted: Callable[[Vector3], Vector3]) -> None:
+    """All six sides one after the other, with a field that something distorts."""
     table.gyro = lambda t: (0.0, 0.0, 1.0)
     for side, force in FORCES.items():
         table.accel = lambda t, force=force: force  # type: ignore[misc]
-
-        def field(t: float, side: str = side) -> Vector3:
-            x, y, z = turning(side, t)
-            return 1.1 * x + 0.05, 0.95 * y - 0.02, z + 0.1
-
-        table.mag = field
+        table.mag = lambda t, side=side: distorted(turning(side, t))  # type: ignore[misc]
         table.run(11.0)
     table.run_until_done(3.0)
+
+
+def test_a_magnetometer_that_is_turned_on_all_sides(table: Table) -> None:
+    table.command(*MAG)
+    turn_on_each_side(table, lambda field: (1.1 * field[0] + 0.05, 0.95 * field[1] - 0.02, field[2] + 0.1))
     assert table.said[-2:] == ["[cal] progress <100>", "[cal] calibration done: mag"]
     assert any(text.startswith("[cal] down side calibration: progress <") for text in table.said)
     offset = [table.parameters[f"CAL_MAG0_{axis}OFF"] for axis in "XYZ"]
     assert offset == pytest.approx([0.05, -0.02, 0.1], abs=0.01)
     corrections = corrections_of(table.parameters)
-    strengths = [math.hypot(*corrected_mag(field(0.1 * n), corrections)) for n in range(60)]
+    distorted = [(1.1 * x + 0.05, 0.95 * y - 0.02, z + 0.1) for x, y, z in RING]
+    strengths = [math.hypot(*corrected_mag(field, corrections)) for field in distorted]
     assert max(strengths) - min(strengths) < 0.01
 
 
+def test_a_magnetometer_whose_axes_are_aslant(table: Table) -> None:
+    table.command(*MAG)
+    turn_on_each_side(table, lambda field: (field[0] + 0.1 * field[1], field[1] + 0.1 * field[0], field[2]))
+    assert table.said[-1] == "[cal] calibration done: mag"
+    assert table.parameters["CAL_MAG0_XODIAG"] == pytest.approx(-0.1, abs=0.02)
+
+
+def test_a_magnetometer_on_two_sides_corrects_its_offset(table: Table) -> None:
+    table.parameters.set("SENS_MAG_SIDES", 0b110000)
+    table.parameters.set("CAL_MAG0_XSCALE", 1.2)
+    table.parameters.set("CAL_MAG0_XOFF", 0.1)
+    table.command(*MAG)
+    table.gyro = lambda t: (0.0, 0.0, 1.0)
+    old = corrections_of(table.parameters)
+    for side in ("up", "down"):
+
+        def field(t: float, side: str = side) -> Vector3:
+            x, y, z = turning(side, t)
+            return corrected_mag((x / 1.2 + 0.15, y, z), old)
+
+        table.accel = lambda t, side=side: FORCES[side]  # type: ignore[misc]
+        table.mag = field
+        table.run(12.0)
+    table.run_until_done(3.0)
+    assert table.said.count("[cal] left side done, rotate to a different side") == 1
+    assert table.said[-1] == "[cal] calibration done: mag"
+    assert table.parameters["CAL_MAG0_XOFF"] == pytest.approx(0.15, abs=0.01)
+    assert table.parameters["CAL_MAG0_XSCALE"] == pytest.approx(1.2)
+
+
+def test_a_magnetometer_in_a_field_that_is_none(table: Table) -> None:
+    table.command(*MAG)
+    turn_on_each_side(table, lambda field: (0.1 * field[0], 0.1 * field[1], 0.1 * field[2]))
+    assert table.said[-2:] == ["Retry calibration (unable to fit mag 0)", "[cal] calibration failed: mag"]
+
+
+def test_a_magnetometer_that_is_switched_off(table: Table) -> None:
+    table.parameters.set("CAL_MAG0_ID", DEVICE_IDS["MAG"])
+    table.parameters.set("CAL_MAG0_PRIO", 0)
+    table.command(*MAG)
+    assert table.said[-2:] == ["Failed: No magnetometer available or enabled", "[cal] calibration failed: mag"]
+
+
 def test_a_magnetometer_by_a_known_heading(table: Table) -> None:
-    table.topics.sensor_gps = SensorGps(table.now_us, 47.4, 8.5, 489.0, fix_type=3)
+    table.topics.sensor_gps = SensorGps(table.now_us, 47.4, 8.5, 489.0, eph=1.0, fix_type=3)
     result = table.worker.fixed_mag_cal_yaw(table.now_us, VehicleCommand(42006, 90.0, 0, 0, 0), armed=False)
     assert result == ACCEPTED
     table.run(0.1)
-    assert table.said == ["Assuming vehicle is facing heading 90.0 degrees"]
+    assert table.said == ["Assuming vehicle is facing heading 90.0 degrees", "Mag quick calibration finished"]
     field = magnetic_field(47.4, 8.5)
     horizontal = field.strength_gauss * math.cos(field.inclination_rad)
     x, y, _ = corrected_mag((0.2, 0.0, 0.4), corrections_of(table.parameters))
@@ -307,9 +427,22 @@ def test_a_known_heading_needs_a_place(table: Table) -> None:
     assert table.said == ["GPS required for mag quick cal"]
 
 
-def test_points_in_a_plane_are_no_ellipsoid() -> None:
-    assert ellipsoid([(math.cos(n), math.sin(n), 0.0) for n in range(20)]) is None
-    assert ellipsoid([(1.0, 0.0, 0.0)] * 3) is None
+def test_a_known_heading_leaves_the_scale_alone(table: Table) -> None:
+    table.topics.sensor_gps = SensorGps(table.now_us, 47.4, 8.5, 489.0, eph=1.0, fix_type=3)
+    table.parameters.set("CAL_MAG0_XSCALE", 1.5)
+    table.worker.fixed_mag_cal_yaw(table.now_us, VehicleCommand(42006, 90.0, 0, 0, 0), armed=False)
+    table.run(0.1)
+    # 0.2 of the topic are 0.2 / 1.5 of the sensor
+    x, _, _ = corrected_mag((0.2 / 1.5, 0.0, 0.4), corrections_of(table.parameters))
+    field = magnetic_field(47.4, 8.5)
+    horizontal = field.strength_gauss * math.cos(field.inclination_rad)
+    assert x == pytest.approx(horizontal * math.cos(math.pi / 2 - field.declination_rad), abs=1e-3)
+
+
+def test_points_that_are_no_sphere() -> None:
+    start = Ellipsoid(0.4, np.zeros(3), np.eye(3))
+    assert not fit(np.zeros((0, 3)), start, sphere=True)[1]
+    assert not fit(np.array([(math.cos(n), math.sin(n), 0.0) for n in range(20)]), start, sphere=True)[1]
 
 
 # --- level, barometer, airspeed ---------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ whether it succeeded. Texts are those that QGroundControl's and MAVSDK's calibra
 calibration_messages.h, version 2).
 """
 
+import math
 from collections.abc import Generator
 
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
@@ -29,6 +30,9 @@ TEXT_US = 20_000
 END_US = 600_000
 SILENCE_US = 100_000_000
 """A sensor that says nothing for so long ends the calibration."""
+CANCEL_CHECK_US = 200_000
+"""While it samples, PX4 looks no more often for somebody who cancels."""
+PRIORITIES = range(101)
 
 
 class Bench:
@@ -41,13 +45,17 @@ class Bench:
         self.corrections = corrections_of(parameters)
         """What stands between sensors and topics, as of the calibration's start."""
         self.now_us = 0
-        self.asked: VehicleCommand | None = None
-        """A PREFLIGHT_CALIBRATION that came while this one ran."""
+        self._command: VehicleCommand | None = None
+        self._command_us = 0
 
     def begin(self, now_us: int) -> None:
         """Another calibration starts."""
-        self.now_us, self.asked = now_us, None
+        self.now_us = now_us
         self.corrections = corrections_of(self.parameters)
+
+    def hear(self, now_us: int, command: VehicleCommand) -> None:
+        """A command came, of whatever kind: PX4's calibrations see the newest alone."""
+        self._command, self._command_us = command, now_us
 
     # --- what is said ------------------------------------------------------------------------------------------
 
@@ -58,6 +66,10 @@ class Bench:
     def critical(self, text: str) -> None:
         """Tell what is wrong."""
         self._say(Severity.CRITICAL, text)
+
+    def emergency(self, text: str) -> None:
+        """Tell what must not be missed."""
+        self._say(Severity.EMERGENCY, text)
 
     def started(self, sensor: str) -> None:
         """It begins."""
@@ -91,13 +103,20 @@ class Bench:
         while self.now_us < until_us:
             yield
 
-    def cancelled(self) -> bool:
-        """Whether somebody asked for the end, which is told and answered; other requests are denied."""
-        command, self.asked = self.asked, None
-        if command is None:
+    def cancelled(self, since_us: int) -> bool:
+        """Whether somebody has asked for the end since then, which is told and answered; other requests are denied.
+
+        The newest command is looked at again and again, and denied each time, until there is another
+        (calibration_routines.cpp, calibrate_cancel_check).
+        """
+        command = self._command
+        if command is None or self._command_us <= since_us or not command.from_external:
+            return False
+        if command.command != mavlink.MAV_CMD_PREFLIGHT_CALIBRATION:
             return False
         if any(int(value) for value in command[1:7] if value == value):
-            self.critical(f"command denied during calibration: {command.command}\t")
+            text = f"command denied during calibration: {command.command}\t"
+            self._say(Severity.CRITICAL, text, "commander_cal_cmd_denied", command.command)
             answer_later(self.topics, command, CommandResult(mavlink.MAV_RESULT_DENIED))
             return False
         self.critical("[cal] calibration cancelled")
@@ -110,8 +129,8 @@ class Bench:
         """Wait for a sample of gyro and accelerometer; False when none comes."""
         last_us, since_us = self.topics.sensor_combined.timestamp, self.now_us
         while self.topics.sensor_combined.timestamp == last_us:
-            if self.now_us - since_us > SILENCE_US or self.asked is not None:
-                return self.asked is not None
+            if self.now_us - since_us > SILENCE_US:
+                return False
             yield
         return True
 
@@ -127,10 +146,36 @@ class Bench:
         """The magnetometer's newest sample, uncorrected, gauss."""
         return raw_mag(self.topics.sensor_mag.magnetometer_ga, self.corrections)
 
-    def save(self, sensor: str, **vectors: Vector3) -> None:
-        """Write CAL_<sensor>0_*: the device, its priority, and X, Y, Z of each vector by its suffix (OFF, SCALE, …)."""
+    def save(self, sensor: str, *, priority: int | None = None, **vectors: Vector3) -> None:
+        """Write CAL_<sensor>0_*: the device, its priority, and X, Y, Z of each vector by its suffix (OFF, SCALE, …).
+
+        Without `priority` that which it has stays, where it is one (ParametersSave of lib/sensor_calibration).
+        """
+        if priority is None:
+            has = int(self.parameters[f"CAL_{sensor}0_PRIO"])
+            priority = has if has in PRIORITIES else INTERNAL_PRIORITY
         self.parameters.set(f"CAL_{sensor}0_ID", DEVICE_IDS[sensor])
-        self.parameters.set(f"CAL_{sensor}0_PRIO", INTERNAL_PRIORITY)
+        self.parameters.set(f"CAL_{sensor}0_PRIO", priority)
         for suffix, values in vectors.items():
             for axis, value in zip("XYZ", values, strict=True):
                 self.parameters.set(f"CAL_{sensor}0_{axis}{suffix}", value)
+
+
+class CancelWatch:
+    """Somebody who cancels while samples are taken: looked for every 200 ms, from its making on."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        self._since_us = self._checked_us = bench.now_us
+
+    def cancelled(self) -> bool:
+        """Whether it is cancelled; between two looks it is not."""
+        if self._bench.now_us - self._checked_us <= CANCEL_CHECK_US:
+            return False
+        self._checked_us = self._bench.now_us
+        return self._bench.cancelled(self._since_us)
+
+
+def changed(old: Vector3, new: Vector3, least: float) -> Vector3:
+    """What a calibration keeps: no change that is too small, and none that is no number (set_offset, set_scale)."""
+    return new if all(map(math.isfinite, new)) and math.dist(old, new) > least else old

@@ -3,12 +3,17 @@
 import math
 from collections.abc import Generator
 
-from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
+from sitl_emu.autopilot.commander.calibration.bench import Bench, CancelWatch, Steps, changed
+from sitl_emu.autopilot.sensors.sensor_calibration import is_calibrated
 from sitl_emu.autopilot.topics import Vector3
 
 SAMPLES = 250
 REPORT_EVERY_PERCENT = 10
-MOST_TRIES = 20
+MOST_TRIES = 21
+FAILED_TRIES = 20
+"""Whoever needs so many has failed, though the last of them went well."""
+LEAST_CHANGE_RAD_S = 0.01
+"""A calibrated gyro keeps its offset unless it has changed by more (Gyroscope::set_offset)."""
 MOST_ERROR_RAD_S = math.radians(0.6)
 MEDIAN_OF = 9
 CANCELLED, SILENT = "cancelled", "silent"
@@ -21,13 +26,17 @@ def calibrate(bench: Bench) -> Steps:
         offset = yield from _measure(bench)
         if offset == CANCELLED:
             break
-        if offset is not None and not isinstance(offset, str):
-            bench.save("GYRO", OFF=offset)
-            return (yield from bench.done("gyro"))
         if offset is None:
             bench.critical("motion, retrying..")
-        if attempt == MOST_TRIES:
+        if (offset is None or isinstance(offset, str)) and attempt < MOST_TRIES:
+            continue
+        if offset is None or isinstance(offset, str) or attempt >= FAILED_TRIES:
             bench.critical("ERROR: Motion during calibration")
+            break
+        if is_calibrated(bench.parameters, "GYRO"):
+            offset = changed(bench.corrections.gyro_offset, offset, LEAST_CHANGE_RAD_S)
+        bench.save("GYRO", OFF=offset)
+        return (yield from bench.done("gyro"))
     return (yield from bench.failed("gyro"))
 
 
@@ -36,8 +45,9 @@ def _measure(bench: Bench) -> Generator[None, None, Vector3 | str | None]:
     total = (0.0, 0.0, 0.0)
     last: list[Vector3] = []
     told = -1
+    watch = CancelWatch(bench)
     for count in range(1, SAMPLES + 1):
-        if bench.cancelled():
+        if watch.cancelled():
             return CANCELLED
         heard = yield from bench.next_imu()
         if not heard:

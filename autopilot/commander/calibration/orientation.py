@@ -16,6 +16,8 @@ STILL_M_S2 = 0.25
 LENIENCE = 3.0
 STILL_US, LENIENT_STILL_US = 1_300_000, 500_000
 TIMEOUT_US = 90_000_000
+LATE_SAMPLES = 1000
+"""So many are still taken after that."""
 MOST_FORCE_ERROR_M_S2 = 5.0
 MOST_FAILURES = 4
 MOTION_PAUSE_US = 200_000
@@ -31,16 +33,16 @@ def detect(bench: Bench, *, lenient: bool) -> Generator[None, None, int | None]:
     threshold = (STILL_M_S2 * (LENIENCE if lenient else 1.0)) ** 2
     low_pass = LowPass2p(IMU_HZ, float(bench.parameters["IMU_ACCEL_CUTOFF"]))
     average, dispersion = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-    weight = 1.0 / IMU_HZ / AVERAGE_S
     rest_us: int | None = None
-    timeout_us = bench.now_us + TIMEOUT_US
+    last_us, late = bench.now_us, 0
+    timeout_us = last_us + TIMEOUT_US
     while rest_us is None or bench.now_us <= rest_us + still_us:
         heard = yield from bench.next_imu()
-        if not heard or bench.now_us > timeout_us:
+        late += bench.now_us > timeout_us
+        if not heard or late > LATE_SAMPLES:
             bench.silent_sensor()
             return None
-        if bench.asked is not None:
-            return None
+        weight, last_us = (bench.now_us - last_us) * 1e-6 / AVERAGE_S, bench.now_us
         for axis, value in enumerate(low_pass.update(*bench.topics.sensor_combined.accelerometer_m_s2)):
             error = value - average[axis]
             average[axis] += error * weight
@@ -64,25 +66,30 @@ def detect(bench: Bench, *, lenient: bool) -> Generator[None, None, int | None]:
 
 
 def each_side(bench: Bench, sides: int, measure: Callable[[int], Outcome], *, lenient: bool) -> Outcome:
-    """Run `measure` on every side of the mask `sides`, in the order in which the vehicle is turned to them."""
+    """Run `measure` on every side of the mask `sides`, in the order in which the vehicle is turned to them.
+
+    Between two sides alone it is looked whether somebody cancels.
+    """
+    started_us = bench.now_us
     pending = [side for side in range(len(SIDES)) if sides >> side & 1]
     failures = 0
-    while pending:
-        if bench.cancelled():
+    while True:
+        if bench.cancelled(started_us):
             return CANCELLED
         if failures > MOST_FAILURES:
             bench.critical("[cal] calibration failed: timeout: no motion")
             return ERROR
+        if not pending:
+            return OK
         bench.info("[cal] pending: " + " ".join(SIDES[side] for side in pending))
         yield from bench.sleep(TEXT_US)
         bench.info("[cal] hold vehicle still on a pending side")
         yield from bench.sleep(TEXT_US)
         side = yield from detect(bench, lenient=lenient)
         if side is None:
-            if bench.asked is None:
-                failures += 1
-                bench.info("[cal] detected motion, hold still...")
-                yield from bench.sleep(TEXT_US)
+            failures += 1
+            bench.info("[cal] detected motion, hold still...")
+            yield from bench.sleep(TEXT_US)
             continue
         if side not in pending:
             failures += 1
@@ -97,7 +104,6 @@ def each_side(bench: Bench, sides: int, measure: Callable[[int], Outcome], *, le
         yield from _twice(bench, f"[cal] {SIDES[side]} side done, rotate to a different side")
         pending.remove(side)
         yield from bench.sleep(SIDE_PAUSE_US)
-    return OK
 
 
 def _twice(bench: Bench, text: str) -> Generator[None, None, None]:

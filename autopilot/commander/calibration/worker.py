@@ -62,12 +62,15 @@ class CalibrationWorker:
             except StopIteration:
                 self._steps = None
 
+    def hear(self, now_us: int, command: VehicleCommand) -> None:
+        """Every command that comes: the calibration that runs looks whether the newest cancels it."""
+        self._bench.hear(now_us, command)
+
     def preflight_calibration(self, now_us: int, command: VehicleCommand, *, armed: bool) -> int | None:
         """MAV_RESULT of PREFLIGHT_CALIBRATION; None for no ack."""
         if armed:
             return TEMPORARILY_REJECTED
         if self.busy:
-            self._bench.asked = command
             return TEMPORARILY_REJECTED
         asked = {number: _whole(value) for number, value in enumerate(command[1:8], 1)}
         if asked[1] != 1 and TEMPERATURE in (asked[1], asked[5], asked[7]):
