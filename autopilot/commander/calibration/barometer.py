@@ -1,5 +1,7 @@
 """Barometer calibration: its altitude is made the GPS's (PX4's baro_calibration.cpp)."""
 
+import math
+
 from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
 from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS, INTERNAL_PRIORITY
 
@@ -59,4 +61,4 @@ def _bias(pressure_pa: float, altitude_m: float) -> float | None:
 
 def _altitude_m(pressure_pa: float) -> float:
     """By the standard atmosphere."""
-    return (1.0 - (max(pressure_pa, 0.0) / SEA_LEVEL_PA) ** EXPONENT) * SEA_LEVEL_K / LAPSE_K_M
+    return (1.0 - math.pow(max(pressure_pa, 0.0) / SEA_LEVEL_PA, EXPONENT)) * SEA_LEVEL_K / LAPSE_K_M
