@@ -23,6 +23,7 @@ from sitl_emu.autopilot.sensors.sensor_calibration import (
     raw_mag,
 )
 from sitl_emu.autopilot.topics import (
+    ManualControlSetpoint,
     SensorBaro,
     SensorCombined,
     SensorGps,
@@ -41,6 +42,7 @@ TICK_US = 4_000
 G = 9.80665
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED = range(4)
 GYRO, MAG, BARO, REMOTE_CONTROL, REST, ACCEL = (1,), (0, 1), (0, 0, 1), (0, 0, 0, 1), (0,), (0, 0, 0, 0, 1)
+TRIMS = (0, 0, 0, 2)
 LEVEL, QUICK, AIRSPEED, ESC = (0, 0, 0, 0, 2), (0, 0, 0, 0, 4), (0, 0, 0, 0, 0, 1), (0, 0, 0, 0, 0, 0, 1)
 FORCES: dict[str, Vector3] = {
     "back": (G, 0.0, 0.0),
@@ -158,6 +160,21 @@ def test_the_remote_control_is_shut_off_and_given_back(table: Table) -> None:
     assert table.command(*REST) == ACCEPTED
     assert not table.worker.calibrating
     assert table.said == ["Calibration: Disabling RC input", "Calibration: Restoring RC input"]
+
+
+def test_the_sticks_are_trimmed(table: Table) -> None:
+    table.command(*TRIMS)
+    table.run_until_done(1.0)
+    assert table.said == ["no inputs, aborting"]
+    table.topics.manual_control_setpoint = ManualControlSetpoint(1, valid=True, roll=0.1, pitch=0.05, yaw=-0.02)
+    table.parameters.set("TRIM_ROLL", 0.2)
+    assert "TRIM_ROLL" not in table.parameters.index
+    assert table.command(*TRIMS) == ACCEPTED
+    assert table.run_until_done(1.0) == pytest.approx(0.4, abs=0.03)
+    assert table.said[-1] == "trim cal done"
+    trims = [table.parameters[name] for name in ("TRIM_ROLL", "TRIM_PITCH", "TRIM_YAW")]
+    assert trims == pytest.approx([0.3, -0.05, -0.02])
+    assert "TRIM_ROLL" in table.parameters.index and "FW_MAN_R_SC" in table.parameters.index
 
 
 # --- gyro ---------------------------------------------------------------------------------------------------

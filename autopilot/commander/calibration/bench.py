@@ -59,13 +59,13 @@ class Bench:
 
     # --- what is said ------------------------------------------------------------------------------------------
 
-    def info(self, text: str) -> None:
+    def info(self, text: str, event: str = "") -> None:
         """Tell how it goes."""
-        self._say(Severity.INFO, text)
+        self._say(Severity.INFO, text, event)
 
-    def critical(self, text: str) -> None:
+    def critical(self, text: str, event: str = "") -> None:
         """Tell what is wrong."""
-        self._say(Severity.CRITICAL, text)
+        self._say(Severity.CRITICAL, text, event)
 
     def emergency(self, text: str) -> None:
         """Tell what must not be missed."""

@@ -9,7 +9,15 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from sitl_emu.autopilot.commander.calibration import accelerometer, airspeed, barometer, gyro, level, magnetometer
+from sitl_emu.autopilot.commander.calibration import (
+    accelerometer,
+    airspeed,
+    barometer,
+    gyro,
+    level,
+    magnetometer,
+    remote_control,
+)
 from sitl_emu.autopilot.commander.calibration.bench import Bench, Steps
 from sitl_emu.autopilot.commander.command_results import ACCEPTED, DENIED, TEMPORARILY_REJECTED, UNSUPPORTED
 from sitl_emu.autopilot.constants import Severity
@@ -24,6 +32,7 @@ CALIBRATIONS: dict[tuple[int, int], Callable[[Bench], Steps]] = {
     (1, 1): gyro.calibrate,
     (2, 1): magnetometer.calibrate,
     (3, 1): barometer.calibrate,
+    (4, 2): remote_control.calibrate_trims,
     (5, 1): accelerometer.calibrate,
     (5, 2): level.calibrate,
     (5, 4): accelerometer.calibrate_quickly,
