@@ -21,6 +21,7 @@ from sitl_emu.autopilot.commander.failsafe import Failsafe
 from sitl_emu.autopilot.commander.failsafe_events import failsafe_event, failsafe_severity
 from sitl_emu.autopilot.commander.failsafe_framework import Action, Notice
 from sitl_emu.autopilot.commander.failure_detector import FailureDetector
+from sitl_emu.autopilot.commander.home_altitude import HomeAltitude
 from sitl_emu.autopilot.commander.link_watch import LinkWatch
 from sitl_emu.autopilot.commander.pilot import Pilot
 from sitl_emu.autopilot.commander.throw_launch import ThrowLaunch
@@ -124,6 +125,7 @@ class Commander:
         self._checks_due_us = 0
         self._now_us = 0
         self._heading_resets = 0
+        self._home_altitude = HomeAltitude(topics)
         self._arms_on_boot = bool(parameters["COM_ARM_ON_BOOT"])
         self._navigator_commands_seen = 0
         self._published: tuple[object, ...] = ()
@@ -155,6 +157,7 @@ class Commander:
                 self._handlers.shut_down(now_us)
             return
         self._throw_launch.update(armed=self._arming.armed)
+        self._correct_home(now_us)
         self._turn_home(now_us)
         self._authorization.update(now_us)
         self._handlers.arm_with_leave(now_us)
@@ -196,6 +199,11 @@ class Commander:
             self._intention.change(NavState.AUTO_LOITER, armed=True, force=True)
             text = "Manual control lost: switching to Hold\t"
             self._say(Severity.INFO, text, "commander_rc_loss_hold_no_failsafe")
+
+    def _correct_home(self, now_us: int) -> None:
+        gps, parameters = self._topics.sensor_gps, self._parameters
+        good = home_position.receiver_gives_home(gps, int(parameters["EKF2_GPS_CTRL"]))
+        self._home_altitude.update(now_us, trusted=good and bool(parameters["COM_HOME_EN"]))
 
     def _turn_home(self, now_us: int) -> None:
         """A heading that the filter has corrected was as wrong when home took it (HomePosition::update)."""
@@ -242,6 +250,7 @@ class Commander:
         if armed and not landed and self._was_landed:
             self._say(Severity.INFO, "Takeoff detected\t", "commander_takeoff_detected")
             self._has_taken_off, self._takeoff_us = True, now_us
+            self._home_altitude.takeoff_us = now_us
             self._arming.set_home(now_us)
         if not armed:
             self._has_taken_off, self._takeoff_us = False, 0

@@ -7,7 +7,7 @@ may be missing, and is worked out from the other in the air (COM_HOME_IN_AIR). A
 somebody asks for the vehicle's own place; so does home while a mission is flown. On the ground a home that was set by
 itself follows the vehicle when it has been moved further than its position may be wrong.
 
-Left out: a home of which the height alone is known, and its correction by a drift of the receiver's height.
+Left out: a home of which the height alone is known. A drift of the receiver's height: home_altitude.py.
 """
 
 import math
@@ -123,11 +123,13 @@ def _place(topics: Topics, ekf2_gps_ctrl: int) -> _Place | None:
         position = topics.vehicle_global_position
         return _Place(position.lat, position.lon, position.alt)
     gps = topics.sensor_gps
-    if not _is_good(gps) or ekf2_gps_ctrl & FUSES_POSITION_AND_HEIGHT != FUSES_POSITION_AND_HEIGHT:
+    if not receiver_gives_home(gps, ekf2_gps_ctrl):
         return None
     return _Place(gps.latitude_deg, gps.longitude_deg, gps.altitude_msl_m)
 
 
-def _is_good(gps: SensorGps) -> bool:
+def receiver_gives_home(gps: SensorGps, ekf2_gps_ctrl: int) -> bool:
+    """It is good, and the filter may use it."""
     accurate = gps.eph < GOOD_EPH_M and gps.epv < GOOD_EPV_M and gps.s_variance_m_s < GOOD_SPEED_ACCURACY_M_S
-    return gps.fix_type >= GOOD_FIX and accurate
+    used = ekf2_gps_ctrl & FUSES_POSITION_AND_HEIGHT == FUSES_POSITION_AND_HEIGHT
+    return gps.fix_type >= GOOD_FIX and accurate and used

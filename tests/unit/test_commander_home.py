@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from sitl_emu.autopilot.topics import HomePosition, SensorGps, VehicleGlobalPosition
+from sitl_emu.autopilot.commander.home_altitude import HomeAltitude
+from sitl_emu.autopilot.topics import HomePosition, SensorGps, VehicleAirData, VehicleGlobalPosition
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import FakeVehicle, item
@@ -126,6 +127,47 @@ def test_a_good_receiver_gives_a_home_before_the_filter_knows_a_place(
     assert vehicle.topics.failsafe_flags.home_position_invalid is not is_set
     vehicle.run(3.0)
     assert vehicle.topics.home_position.valid and vehicle.topics.home_position.valid_lpos
+
+
+@pytest.mark.parametrize(
+    ("drift_m", "climbs_as_well", "after_s", "lowered_m"),
+    [
+        (5.0, False, 10.0, -5.0),  # the receiver says that it is higher and higher, and its climb rate does not
+        (-5.0, False, 10.0, 5.0),
+        (0.9, False, 10.0, 0.0),
+        (5.0, True, 10.0, 0.0),  # so is the barometer wrong
+        (5.0, False, 121.0, 0.0),
+    ],
+)
+def test_home_follows_a_drift_of_the_receivers_height_after_takeoff(
+    vehicle: FakeVehicle, drift_m: float, climbs_as_well: bool, after_s: float, lowered_m: float
+) -> None:
+    """PX4's HomePosition::update: barometer and climb rate agree against the receiver's height."""
+    vehicle.take_off(5.0)
+    home, topics = vehicle.topics.home_position, vehicle.topics
+    altitude = HomeAltitude(topics)
+    altitude.takeoff_us = takeoff_us = vehicle.now_us
+    now_us = takeoff_us + round(after_s * 1e6)
+    for step in range(11):
+        gps_m, vel_d = 490.0 + drift_m * step / 10, -drift_m if climbs_as_well else 0.0
+        topics.sensor_gps = GOOD_GPS._replace(timestamp=now_us, altitude_msl_m=gps_m, vel_d_m_s=vel_d)
+        topics.vehicle_air_data = VehicleAirData(now_us, now_us, 480.0)
+        altitude.update(now_us, trusted=True)
+        now_us += 100_000
+    assert topics.home_position.alt - home.alt == pytest.approx(-lowered_m, abs=1.0)
+    assert topics.home_position.z - home.z == pytest.approx(lowered_m, abs=1.0)
+    assert (topics.home_position is home) is (lowered_m == 0.0)
+
+
+def test_home_is_corrected_in_flight(vehicle: FakeVehicle) -> None:
+    vehicle.take_off(5.0)
+    home, topics = vehicle.topics.home_position, vehicle.topics
+    for step in range(20):
+        topics.sensor_gps = GOOD_GPS._replace(timestamp=vehicle.now_us, altitude_msl_m=490.0 + step, vel_d_m_s=0.0)
+        topics.vehicle_air_data = VehicleAirData(vehicle.now_us, vehicle.now_us, 480.0)
+        vehicle.commander.update(vehicle.now_us)
+        vehicle.now_us += 20_000
+    assert topics.home_position.alt == pytest.approx(home.alt + 17.0, abs=2.0)
 
 
 @pytest.mark.parametrize("com_home_in_air", [0, 1])
