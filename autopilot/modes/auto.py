@@ -25,6 +25,7 @@ from sitl_emu.autopilot.modes.land import descent_speed, land_speeds
 from sitl_emu.autopilot.modes.nudging import LandNudge, YawNudge
 from sitl_emu.autopilot.modes.position_smoothing import PositionSmoothing
 from sitl_emu.autopilot.modes.velocity_smoothing import EPSILON
+from sitl_emu.autopilot.modes.weather_vane import WeatherVane
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     NAN3,
@@ -73,6 +74,7 @@ class Auto:
         self._parameters = parameters
         self._yaw_nudge = YawNudge(topics, parameters)
         self._land_nudge = LandNudge(topics, parameters, say, send)
+        self._weather_vane = WeatherVane(topics, parameters)
         self._smoothing = PositionSmoothing()
         self._heading = HeadingSmoothing()
         self._projection: MapProjection | None = None
@@ -114,6 +116,7 @@ class Auto:
         self._land = land_speeds(parameters)
         self._yaw_nudge.refresh(parameters)
         self._land_nudge.refresh(parameters)
+        self._weather_vane.refresh(parameters)
         self._yaw_mode = parameters["MPC_YAW_MODE"]
         self._yaw_tolerance = math.radians(parameters["MIS_YAW_ERR"])
         self._yaw_rate = math.radians(parameters["MPC_YAWRAUTO_MAX"])
@@ -178,7 +181,7 @@ class Auto:
             (local.x, local.y, local.z), (self._previous, target, then), feed_forward, dt_s, waits or self._braking
         )
         yaw, yawspeed = self._along_trajectory(yaw, yawspeed, local)
-        yaw, yawspeed = self._yaw_nudge.update(kind, yaw, yawspeed, dt_s)
+        yaw, yawspeed = self._yaw_nudge.update(kind, yaw, yawspeed, dt_s, holds=not self._turns_into_wind(current))
         self._turn(yaw, yawspeed, local, dt_s)
         self._kind = kind
 
@@ -332,11 +335,15 @@ class Auto:
     def _wanted_heading(self, current: PositionSetpoint, kind: int, local: VehicleLocalPosition) -> tuple[float, float]:
         """Yaw and its rate: the triplet's yaw, or by MPC_YAW_MODE.
 
-        NaN and 0: it turns no more, as its heading is not known well enough; NaN twice: along the trajectory. A heading
-        that the yaw stick has changed stays until the triplet has another yaw.
+        NaN and 0: it turns no more, as its heading is not known well enough; NaN twice: along the trajectory. Under a
+        weather vane it turns into the wind, unless it moves, when what it leans by tells no wind. A heading that the
+        yaw stick has changed stays until the triplet has another yaw.
         """
         if not _is_known(current):
             return local.heading, NAN
+        if self._turns_into_wind(current):
+            moves = math.hypot(self._smoothing.x.velocity, self._smoothing.y.velocity) > 0.5 * self._xy_cruise
+            return NAN, 0.0 if moves else self._weather_vane.yawspeed()
         before, self._triplet_yaw = self._triplet_yaw, current.yaw
         if not local.heading_good_for_control:
             self._yaw_lock, self._triplet_yaw = False, NAN
@@ -349,6 +356,9 @@ class Auto:
         elif not self._yaw_nudge.is_active and not kind == SetpointType.LAND == self._kind:
             return self._heading_by_mode(local), NAN
         return self._yaw, self._yawspeed
+
+    def _turns_into_wind(self, current: PositionSetpoint) -> bool:
+        return self._weather_vane.enabled and not math.isfinite(current.yaw)
 
     def _heading_by_mode(self, local: VehicleLocalPosition) -> float:
         """Where MPC_YAW_MODE has it look; near that place as it looked before; NaN along the trajectory."""

@@ -14,8 +14,9 @@ from sitl_emu.autopilot.modes.manual_altitude import ManualAltitude
 from sitl_emu.autopilot.modes.stick_acceleration import StickAcceleration
 from sitl_emu.autopilot.modes.sticks import centred, expo_deadzone
 from sitl_emu.autopilot.modes.velocity_smoothing import EPSILON
+from sitl_emu.autopilot.modes.weather_vane import WeatherVane
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint, VehicleLocalPosition
+from sitl_emu.autopilot.topics import NAN, Topics, TrajectorySetpoint, VehicleLocalPosition
 
 HIGH: Final = 0.8
 SLOW_M_S: Final = 2.0
@@ -27,6 +28,7 @@ class ManualPosition(ManualAltitude):
 
     def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._horizontal = StickAcceleration(topics, parameters, say, send)
+        self._weather_vane = WeatherVane(topics, parameters)
         self._xy_reset_counter = self._vxy_reset_counter = 0
         self._speed_constraint = math.inf
         """A limit of the horizontal speed besides."""
@@ -36,6 +38,7 @@ class ManualPosition(ManualAltitude):
         """Copy the parameters."""
         super().refresh()
         self._horizontal.refresh(self._parameters)
+        self._weather_vane.refresh(self._parameters)
         self._manual_speed = float(self._parameters["MPC_VEL_MANUAL"])
 
     def activate(self, last: TrajectorySetpoint) -> None:
@@ -55,7 +58,11 @@ class ManualPosition(ManualAltitude):
         flown.velocity_constraint = min(self._speed_constraint, self._fastest_seen(local))
         flown.update(now_us, forward, right, heading, dt_s)
         (x, y), (vx, vy), (ax, ay) = flown.position, flown.velocity, flown.acceleration
-        setpoint = TrajectorySetpoint(now_us, (x, y, z), (vx, vy, vz), (ax, ay, az), yaw.yaw, yaw.yawspeed)
+        heading, yawspeed = yaw.yaw, yaw.yawspeed
+        if self._weather_vane.enabled:
+            heading = yaw.yaw = NAN
+            yawspeed += self._weather_vane.yawspeed() if math.isfinite(x + y) else 0.0
+        setpoint = TrajectorySetpoint(now_us, (x, y, z), (vx, vy, vz), (ax, ay, az), heading, yawspeed)
         return setpoint, self._constraints(sticks)
 
     def _ceiling_m(self, local: VehicleLocalPosition) -> float:

@@ -40,8 +40,11 @@ class YawNudge:
         self._bits, self._dead_zone = int(value["MPC_AUTO_NUDGING"]), float(value["MAN_DEADZONE"])
         self._stick.max_rate, self._stick.time_constant_s = math.radians(value["MPC_MAN_Y_MAX"]), value["MPC_MAN_Y_TAU"]
 
-    def update(self, kind: int, yaw: float, yawspeed: float, dt_s: float) -> tuple[float, float]:
-        """Yaw (NaN while it turns) and its rate, of those that the mode wants; `kind`: the setpoint's type."""
+    def update(self, kind: int, yaw: float, yawspeed: float, dt_s: float, *, holds: bool) -> tuple[float, float]:
+        """Yaw (NaN while it turns) and its rate, of those that the mode wants; `kind`: the setpoint's type.
+
+        `holds`: a stick that is let go keeps the heading; under a weather vane it does not (rcHelpModifyYaw).
+        """
         topics = self._topics
         nav_state, sticks = topics.vehicle_status.nav_state, topics.manual_control_setpoint
         if nav_state != self._nav_state:
@@ -52,7 +55,7 @@ class YawNudge:
             return yaw, yawspeed
         deflection = expo_deadzone(sticks.yaw, self._dead_zone)
         self.is_active = self.is_active or abs(deflection) > EPSILON
-        if not self.is_active:
+        if not self.is_active or not (holds or abs(deflection) > EPSILON):
             return yaw, yawspeed
         self._stick.yaw = yaw
         self._stick.update(deflection, topics.vehicle_local_position.heading, dt_s)

@@ -172,7 +172,9 @@ class RtlDirect:
         return min(self._destination.alt_m + self._state.settings.rtl_descend_alt_m, self._return_alt_m)
 
     def _yaw_rad(self) -> float:
-        """Heading to fly with: the destination's near it and above it."""
+        """Heading to fly with: the destination's near it and above it; none where the wind may turn it (WV_EN)."""
+        if self._state.settings.wv_en:
+            return math.nan
         close = self._phase is Phase.RETURN and self._away_m() < self._state.settings.rtl_min_dist_m
         return self._destination.yaw_rad if close or self._phase >= Phase.DESCEND else math.nan
 
@@ -191,7 +193,7 @@ class RtlDirect:
         yaw_rad, hover_alt_m, delay_s = self._yaw_rad(), self._hover_alt_m, state.settings.rtl_land_delay_s
         following, accepted_m = state.triplet.next, math.nan
         if phase is Phase.CLIMB:
-            heading_rad = state.topics.vehicle_local_position.heading
+            heading_rad = math.nan if state.settings.wv_en else state.topics.vehicle_local_position.heading
             position = state.position
             target = Target(LOITER_TO_ALT, position.lat, position.lon, self._return_alt_m, heading_rad)
         elif phase is Phase.RETURN:

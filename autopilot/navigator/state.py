@@ -39,6 +39,7 @@ class Settings(NamedTuple):
     nav_traff_coll_t_s: float
     mis_takeoff_alt_m: float
     mis_yaw_err_rad: float
+    wv_en: bool
     mis_yaw_tmt_s: float
     mis_mnt_yaw_ctl: int
     mis_command_tout_s: float
@@ -84,6 +85,7 @@ def settings_of(parameters: Parameters) -> Settings:
         nav_traff_coll_t_s=float(parameters["NAV_TRAFF_COLL_T"]),
         mis_takeoff_alt_m=float(parameters["MIS_TAKEOFF_ALT"]),
         mis_yaw_err_rad=math.radians(parameters["MIS_YAW_ERR"]),
+        wv_en=bool(parameters["WV_EN"]),
         mis_yaw_tmt_s=float(parameters["MIS_YAW_TMT"]),
         mis_mnt_yaw_ctl=int(parameters["MIS_MNT_YAW_CTL"]),
         mis_command_tout_s=float(parameters["MIS_COMMAND_TOUT"]),
