@@ -30,6 +30,7 @@ from sitl_emu.autopilot.parameters.storage import ParameterStorage
 from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
 from sitl_emu.autopilot.payload.gimbal import Gimbal
 from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
+from sitl_emu.autopilot.sensors.gyro_calibration import GyroCalibration
 from sitl_emu.autopilot.sensors.in_flight_calibration import InFlightCalibration
 from sitl_emu.autopilot.sensors.magnetometer_failover import MagnetometerFailover
 from sitl_emu.autopilot.sensors.sensors import Sensors
@@ -76,6 +77,7 @@ class Autopilot:
         self.sensors = Sensors(*shared)
         self.vehicle_imu = VehicleImu(self.topics)
         self.in_flight_calibration = InFlightCalibration(self.topics, self.parameters)
+        self.gyro_calibration = GyroCalibration(self.topics, self.parameters)
         self.magnetometer_failover = MagnetometerFailover(self.topics, self.texts.of("vehicle_magnetometer"))
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared, traits)
@@ -127,6 +129,7 @@ class Autopilot:
         if ticks % COMMANDER_EVERY == 0:
             self.parameter_corrections.update(now_us)
             self.in_flight_calibration.update(now_us)
+            self.gyro_calibration.update(now_us)
             self.magnetometer_failover.update(now_us)
             self.land_detector.update(now_us)
             self.rc_update.update()
