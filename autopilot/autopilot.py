@@ -50,6 +50,8 @@ if TYPE_CHECKING:
 
 MODE_FLAG_SAFETY_ARMED: Final = 128
 MODE_FLAG_TEST_ENABLED: Final = 2
+SITL_DEFAULTS: Final = {"COM_CPU_MAX": -1.0, "COM_RAM_MAX": -1.0}
+"""Of every airframe (init.d-posix/rcS): how busy a simulation is tells nothing of a vehicle."""
 POSITION_EVERY: Final = 2
 """Modes and position control run on every second tick (125 Hz), as PX4's do on vehicle_local_position."""
 COMMANDER_EVERY: Final = 5
@@ -66,7 +68,7 @@ class Autopilot:
         """
         kind = VehicleKind.of_mav_type(airframe.get("MAV_TYPE", 0))
         traits = kind.traits
-        self.parameters = Parameters(kind, {**airframe, "MAV_SYS_ID": instance + 1})
+        self.parameters = Parameters(kind, {**SITL_DEFAULTS, **airframe, "MAV_SYS_ID": instance + 1})
         self.topics = Topics()
         self.texts = Texts()
         self.parameter_storage = ParameterStorage(self.parameters, root, self.texts.of("param"))

@@ -21,6 +21,7 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
+    CpuLoad,
     DistanceSensorSample,
     EstimatorStatus,
     FailureDetectorStatus,
@@ -54,6 +55,7 @@ NOT_CHECKS = {"__init__", "findings", "checks"}
 ONLY_WARN = {"logger", "companion_computer", "rally_point"}
 """They forbid nothing."""
 FORBIDS: dict[str, tuple[str, object]] = {
+    "cpu_resource": ("cpuload", CpuLoad(1)),
     "imu": ("sensor_combined", SensorCombined()),
     "magnetometer": ("sensor_mag", SensorMag()),
     "baro": ("sensor_baro", SensorBaro()),

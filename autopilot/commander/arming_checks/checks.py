@@ -15,6 +15,7 @@ from sitl_emu.autopilot.commander.arming_checks import (
     baro,
     battery,
     companion_computer,
+    cpu_resource,
     estimator,
     failure_detector,
     flight_time,
@@ -104,6 +105,7 @@ def all_checks() -> tuple[Check, ...]:
         arm_permission.check,
         baro.check,
         companion_computer.check,
+        cpu_resource.CpuResourceCheck().check,
         required_sensors.check_sight,
         estimator.EstimatorCheck().check,
         gps.GpsCheck().check,
@@ -263,6 +265,8 @@ def settings_of(parameters: Parameters) -> Settings:
         sys_has_num_dist=int(parameters["SYS_HAS_NUM_DIST"]),
         sys_has_num_gnss=int(parameters["SYS_HAS_NUM_GNSS"]),
         sys_has_num_of=int(parameters["SYS_HAS_NUM_OF"]),
+        com_cpu_max=float(parameters["COM_CPU_MAX"]),
+        com_ram_max=float(parameters["COM_RAM_MAX"]),
     )
 
 

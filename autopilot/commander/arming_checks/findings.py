@@ -114,6 +114,8 @@ class Settings(NamedTuple):
     sys_has_num_dist: int
     sys_has_num_gnss: int
     sys_has_num_of: int
+    com_cpu_max: float
+    com_ram_max: float
 
 
 class Findings:
