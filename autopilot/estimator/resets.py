@@ -117,15 +117,16 @@ def reset_to_place(ekf: Ekf, latitude_deg: float, longitude_deg: float, variance
 
     The last known place stays where it was on the globe.
     """
-    if ekf.origin is None:
+    origin = ekf.origin
+    if origin is None:
         origin = MapProjection(latitude_deg, longitude_deg)
         if ekf.local_horizontal_valid:
             origin = MapProjection(*origin.reproject(-ekf.state.pn, -ekf.state.pe))
         _set_origin(ekf, origin)
-        n, e = ekf.origin.project(latitude_deg, longitude_deg)
+        n, e = origin.project(latitude_deg, longitude_deg)
         away_n, away_e = from_nowhere_m(latitude_deg, longitude_deg, latitude_deg)
         ekf.last_known_position = (ekf.last_known_position[0] + n - away_n, ekf.last_known_position[1] + e - away_e)
-    reset_horizontal_position(ekf, ekf.origin.project(latitude_deg, longitude_deg), (variance, variance))
+    reset_horizontal_position(ekf, origin.project(latitude_deg, longitude_deg), (variance, variance))
 
 
 def from_nowhere_m(latitude_deg: float, longitude_deg: float, seen_from_deg: float) -> tuple[float, float]:
