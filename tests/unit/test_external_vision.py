@@ -347,6 +347,21 @@ def test_flow_gives_a_velocity_and_a_place_that_drifts_slowly() -> None:
     assert math.hypot(local.x - x, local.y - y) < 6.0
 
 
+def test_a_camera_that_is_tilted_too_far_sets_the_velocity_where_there_is_nothing_else() -> None:
+    """It is not fused then; a reset after a second asks for quality and rate alone (controlOpticalFlowFusion)."""
+    feed = Flowing()
+    feed.run(20.0)
+    ekf, fused_us = feed.estimator.ekf, feed.topics.estimator_aid_src_optical_flow.time_last_fuse
+    assert ekf.flags.opt_flow and fused_us
+    resets = ekf.resets.vel_ne
+    for _ in range(300):
+        ekf.state.set_attitude(quaternion(0.9, 0.0, feed.yaw))
+        feed.step()
+        if ekf.resets.vel_ne > resets:
+            break
+    assert ekf.flags.opt_flow and ekf.resets.vel_ne == resets + 1
+
+
 @pytest.mark.parametrize("parameters", [{"EKF2_OF_CTRL": 0}, {"EKF2_OF_QMIN": 256, "EKF2_OF_QMIN_GND": 256}])
 def test_flow_that_is_not_wanted_is_not_fused(parameters: dict[str, float]) -> None:
     feed = Flowing(**parameters)

@@ -73,21 +73,17 @@ class OpticalFlow:
         self._average(rate)
         fastest, nearest, farthest = self.limits
         least = value["EKF2_OF_QMIN"] if flags.in_air else value["EKF2_OF_QMIN_GND"]
-        good = (
-            sample.quality >= least
-            and math.hypot(*sample.flow_rate) <= fastest
-            and math.hypot(*rate) <= fastest
-            and ekf.state.rotation[8] > LARGEST_TILT_COS
-        )
+        good = sample.quality >= least and math.hypot(*sample.flow_rate) <= fastest and math.hypot(*rate) <= fastest
+        level = ekf.state.rotation[8] > LARGEST_TILT_COS
         usable = flags.tilt_align and nearest <= ekf.hagl_m <= farthest
         # A height that is relative to the ground says nothing about where the ground is.
         flags.opt_flow_terrain = flags.opt_flow and ekf.height_reference != RANGE
         if flags.opt_flow:
             if usable:
-                self._continue(gyro, variance, good=good)
+                self._continue(gyro, variance, good=good, level=level)
             else:
                 self.stop()
-        elif usable and good and self._count > SAMPLES_BEFORE_USE:
+        elif usable and good and level and self._count > SAMPLES_BEFORE_USE:
             known = ekf.hagl_valid or ekf.horizontal_aiding
             if known and ekf.timed_out(self.aid.time_last_fuse, RESTART_AFTER_US):
                 self._start(gyro, variance)
@@ -165,9 +161,10 @@ class OpticalFlow:
 
     # --- fusion --------------------------------------------------------------------------------------------
 
-    def _continue(self, gyro: Vector3, variance: float, *, good: bool) -> None:
+    def _continue(self, gyro: Vector3, variance: float, *, good: bool, level: bool) -> None:
+        """What a tilted camera sees is not fused; who relies on flow alone takes its velocity after a second."""
         ekf, flags = self._ekf, self._ekf.flags
-        if good:
+        if good and level:
             self._fuse(gyro)
         if not ekf.timed_out(self.aid.time_last_fuse, NO_AID_TIMEOUT_US):
             return
