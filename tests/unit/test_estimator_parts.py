@@ -12,6 +12,7 @@ from sitl_emu.autopilot.commander.arming_checks.estimator import Validity
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.aid_sources.gnss_checks import GnssChecks
+from sitl_emu.autopilot.estimator.aid_sources.gravity import Gravity
 from sitl_emu.autopilot.estimator.aid_sources.range_finder import Consistency
 from sitl_emu.autopilot.estimator.bias_estimator import BiasEstimator
 from sitl_emu.autopilot.estimator.ekf import Ekf
@@ -358,6 +359,25 @@ def test_an_estimate_has_to_be_well_for_a_second_and_may_then_be_worse() -> None
     assert look(1_200_000, 2.4)
     assert not look(1_300_000, 2.6)
     assert not look(1_400_000, 0.5)
+
+
+def test_gravity_felt_over_some_steps_weighs_as_much_as_one_by_one() -> None:
+    """PX4 fuses it at each of its steps of 8 ms (controlGravityFusion)."""
+    tilts = []
+    for together in (1, 4):
+        ekf = Ekf(Settings(Parameters(VehicleKind.MULTICOPTER, {})))
+        ekf.begin_step(imu(8000, (0.0, 0.0, 0.0), (0.0, 0.0, -G)))
+        ekf.state.set_attitude(quaternion(0.05, -0.03, 0.0))
+        ekf.flags.tilt_align, gravity = True, Gravity(ekf)
+        dt_s = together * STEP_S
+        for _ in range(80 // together):
+            ekf.time_us += round(dt_s * 1e6)
+            gathered = ImuSample(ekf.time_us, (0.0, 0.0, 0.0), (0.0, 0.0, -G * dt_s), dt_s)
+            gravity.control(gathered, together)
+            assert gravity.aid.fused
+        tilts.append((ekf.tilt_variance(), *euler(ekf.state.q)[:2]))
+    assert tilts[1] == pytest.approx(tilts[0], rel=0.01)
+    assert tilts[0][0] < 0.9 * 2 * 0.1**2
 
 
 def test_the_yaw_estimator_finds_the_heading_by_acceleration() -> None:

@@ -1,7 +1,7 @@
 """Roll and pitch from where gravity is felt, while nothing aids horizontally (bit 2 of EKF2_IMU_CTRL).
 
-PX4's EKF2 (EKF/aid_sources/gravity/gravity_fusion.cpp, v1.18). PX4 works out the innovations at every step, fused or
-not; here those that are not fused are worked out ten times a second, for the log.
+PX4's EKF2 (EKF/aid_sources/gravity/gravity_fusion.cpp, v1.18). PX4 fuses at every step; here the mean of some steps is
+fused, and weighs as much as they do together. What is not fused is worked out ten times a second, for the log.
 """
 
 import math
@@ -27,8 +27,8 @@ class Gravity:
         self._ekf = ekf
         self.aid = AidSource(3)
 
-    def control(self, imu: ImuSample) -> None:
-        """One step of the filter."""
+    def control(self, imu: ImuSample, steps: int) -> None:
+        """Several steps of the filter, added up."""
         ekf, flags = self._ekf, self._ekf.flags
         assert ekf.accel_mean is not None
         quiet = 0.9 * GRAVITY_M_S2 < math.hypot(*ekf.accel_mean) < 1.1 * GRAVITY_M_S2
@@ -39,9 +39,9 @@ class Gravity:
             and flags.tilt_align
         )
         if flags.gravity_vector or imu.time_us >= self.aid.timestamp_sample + NOT_FUSED_EVERY_US:
-            self._update(imu)
+            self._update(imu, steps)
 
-    def _update(self, imu: ImuSample) -> None:
+    def _update(self, imu: ImuSample, steps: int) -> None:
         ekf, aid, state = self._ekf, self.aid, self._ekf.state
         felt = [velocity / imu.dt_s - bias for velocity, bias in zip(imu.delta_velocity, state.accel_bias, strict=True)]
         norm = math.hypot(*felt) or 1.0
@@ -54,9 +54,10 @@ class Gravity:
         if not ekf.flags.gravity_vector or aid.innovation_rejected:
             return
         for axis, h in enumerate(jacobians):
-            ph, aid.innovation_variance[axis] = ekf.innovation_variance(h, variance)
+            ph, own = ekf.innovation_variance(h, 0.0)
+            aid.innovation_variance[axis] = own + variance
             aid.innovation[axis] = _innovation(state.rotation, measured)[axis]
-            ekf.fuse(ph, aid.innovation[axis], aid.innovation_variance[axis])
+            ekf.fuse(ph, aid.innovation[axis], own + variance / steps)
         aid.fused, aid.time_last_fuse = True, imu.time_us
 
 
