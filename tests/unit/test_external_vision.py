@@ -5,8 +5,13 @@ from typing import Any
 
 import pytest
 
+from sitl_emu.autopilot.estimator.aid_sources.ev_vel import VisionVelocity
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.estimator import Settings
 from sitl_emu.autopilot.estimator.resets import move_origin
+from sitl_emu.autopilot.estimator.samples import ImuSample, VisionSample, VisionUpdate
 from sitl_emu.autopilot.mavlink.services import odometry
+from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     FRAME_BODY_FRD,
     FRAME_FRD,
@@ -17,6 +22,7 @@ from sitl_emu.autopilot.topics import (
     VehicleOdometry,
     VehicleOpticalFlow,
 )
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion
 
@@ -171,6 +177,21 @@ def test_only_what_is_fused_in_ned_shows_where_north_is(control: int, pose: int,
     flags = feed.estimator.ekf.flags
     assert (flags.ev_pos, flags.ev_vel) == (control == 1, control == 4)
     assert feed.estimator.ekf.north_east_aiding is north
+
+
+def test_without_any_height_the_third_axis_of_a_velocity_is_taken_for_down() -> None:
+    """Even where it is the body's, which is a flaw of PX4: resetVerticalVelocity (ev_vel.h) is not virtual."""
+    ekf = Ekf(Settings(Parameters(VehicleKind.MULTICOPTER, {"EKF2_EV_CTRL": 4})))
+    imu = ImuSample(20_000_000, (0.0, 0.0, 0.0), (0.0, 0.0, -0.0785), 0.008)
+    ekf.begin_step(imu)
+    ekf.state.set_attitude(quaternion(0.0, -0.3, 0.0))
+    ekf.flags.tilt_align, vision = True, VisionVelocity(ekf)
+    sample = VisionSample(20_000_000, vel=(4.0, 0.0, 0.5), velocity_var=(0.01,) * 3, vel_frame=FRAME_BODY_FRD)
+    update = VisionUpdate(sample, None, enabled=True, starting=True, jumped=False, good=True)
+    vision.control(imu, update)
+    assert ekf.flags.ev_vel and ekf.state.vd == pytest.approx(4.0 * math.sin(0.3) + 0.5 * math.cos(0.3))
+    vision.control(imu, update)
+    assert ekf.state.vd == pytest.approx(0.5)
 
 
 def test_height_by_vision() -> None:

@@ -102,8 +102,8 @@ class VisionVelocity:
             else:
                 flags.ev_vel = False
         elif ekf.height_reset_required():
-            velocity, variance = self._in_ned()
-            reset_vertical_velocity(ekf, velocity[2], variance[2])
+            # PX4 takes the third axis as it is, the body's as well (resetVerticalVelocity of ev_vel.h is not virtual).
+            reset_vertical_velocity(ekf, self._measured[2], self._variance[2])
 
     def _start(self, time_us: int, gate: float, *, realigned: bool) -> None:
         ekf, flags = self._ekf, self._ekf.flags
