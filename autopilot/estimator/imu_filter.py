@@ -9,6 +9,7 @@ from typing import Final
 
 from sitl_emu.autopilot.topics import Vector3
 
+FLT_EPSILON: Final = 1.19e-7
 LEAST_OF_SAMPLE_RATE: Final = 0.001
 """A notch is nowhere lower, nor narrower, by the sample rate (NotchFilter::setParameters)."""
 
@@ -25,6 +26,14 @@ class LowPass2p:
         self._a1 = 2.0 * (ohm * ohm - 1.0) / c
         self._a2 = (1.0 - math.sqrt(2.0) * ohm + ohm * ohm) / c
         self._x1 = self._x2 = self._y1 = self._y2 = self._z1 = self._z2 = 0.0
+
+    def begin_at(self, x: float, y: float, z: float) -> None:
+        """This vector counts as one that has always been there (LowPassFilter2p::reset)."""
+        total = 1.0 + self._a1 + self._a2
+        share = 1.0 / total if total > FLT_EPSILON else 1.0
+        self._x1 = self._x2 = x * share
+        self._y1 = self._y2 = y * share
+        self._z1 = self._z2 = z * share
 
     def update(self, x: float, y: float, z: float) -> Vector3:
         """The filtered vector after one more sample."""

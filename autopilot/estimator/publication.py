@@ -59,6 +59,7 @@ class Publication:
         if value["IMU_GYRO_CUTOFF"] != self._gyro_cutoff_hz:
             self._gyro_cutoff_hz = value["IMU_GYRO_CUTOFF"]
             self._gyro_filter = LowPass2p(IMU_HZ, self._gyro_cutoff_hz)
+            self._gyro_filter.begin_at(*self._filtered)
         self._derivative_alpha = alpha(value["IMU_DGYRO_CUTOFF"], 1.0 / IMU_HZ)
 
     def rates(self, now_us: int, gyro: Vector3, dt: float) -> None:

@@ -98,6 +98,18 @@ def test_an_imu_that_is_calibrated_anew_loses_the_bias_that_was_learnt() -> None
     assert feed.topics.vehicle_local_position.vz == pytest.approx(0.0, abs=0.05)
 
 
+def test_another_gyro_cutoff_lets_the_rates_go_on() -> None:
+    """VehicleAngularVelocity: a new filter begins with the last rates."""
+    feed = Feed()
+    feed.gyro_bias_x = 0.8
+    feed.run(0.2)
+    before = feed.estimator.ekf.state.gyro_bias[0] + feed.topics.vehicle_angular_velocity.xyz[0]
+    feed.parameters.set("IMU_GYRO_CUTOFF", 20.0)
+    feed.step()
+    after = feed.estimator.ekf.state.gyro_bias[0] + feed.topics.vehicle_angular_velocity.xyz[0]
+    assert (before, after) == (pytest.approx(0.8, abs=0.05), pytest.approx(0.8, abs=0.05))
+
+
 def test_a_bias_that_jumps_is_no_angular_acceleration() -> None:
     """VehicleAngularVelocity: what is differentiated has its bias still."""
     feed = Feed()
