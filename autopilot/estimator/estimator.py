@@ -316,7 +316,7 @@ class Estimator:
             return
         self._declination_saved = True
         if abs(declination_deg - self._settings["EKF2_MAG_DECL"]) > DECLINATION_CHANGE_DEG:
-            self._parameters.set("EKF2_MAG_DECL", declination_deg)
+            self._parameters.set("EKF2_MAG_DECL", declination_deg, notify=False)
 
 
 def _within(vector: Vector3, largest: float) -> bool:

@@ -275,7 +275,9 @@ def test_same_sensors_same_estimate() -> None:
 
 def test_declination_comes_from_the_place_and_is_saved() -> None:
     feed = Feed()
+    notifications = feed.parameters.notifications
     feed.run(3.0)
+    assert feed.parameters.notifications == notifications
     assert feed.topics.vehicle_local_position.heading == pytest.approx(0.7, abs=0.03)
     assert feed.parameters["EKF2_MAG_DECL"] == pytest.approx(math.degrees(DECLINATION), abs=1e-3)
 
