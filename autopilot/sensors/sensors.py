@@ -80,6 +80,8 @@ CHARGE_TIME_CONSTANT_S: Final = 1.0
 LARGEST_ACCEL_M_S2: Final = 1000.0
 """An accelerometer tells no more (ours: a hundred g, which no flight reaches, but a vehicle without mass does)."""
 AVERAGE_CURRENT_TIME_CONSTANT_S: Final = 50.0
+POWER_MODULE: Final = 0
+"""BAT1_SOURCE of a battery like ours; with another nobody hears of it (Battery::publishBatteryStatus)."""
 UNKNOWN_CURRENT_A: Final = -1.0
 """How PX4's battery says that it has no current sensor."""
 GREATEST_SCALE: Final = 1.3
@@ -367,6 +369,8 @@ class Sensors:
         )
 
     def _on_battery(self, message: SimulatedBattery) -> None:
+        if int(self._parameters["BAT1_SOURCE"]) != POWER_MODULE:
+            return
         now_us, previous = self._now_us, self._topics.battery_status
         known = message.current_ca >= 0
         current_a = message.current_ca * 1e-2 if known else NAN

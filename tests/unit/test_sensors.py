@@ -100,6 +100,12 @@ def test_without_a_current_sensor_the_average_current_fades_away() -> None:
     assert average[-1] == pytest.approx(15.0 * math.exp(-320.0 / 50.0), rel=0.05)
 
 
+def test_a_battery_that_another_source_tells_of_is_not_ours() -> None:
+    reader, topics = sensors(BAT1_N_CELLS=4, BAT1_SOURCE=1)
+    reader.update([SimulatedBattery(16200, -1, 100), IMU])
+    assert not topics.battery_status.connected
+
+
 def test_battery_counts_what_was_drawn() -> None:
     reader, topics = sensors()
     reader.update([IMU._replace(time_usec=0)])
