@@ -374,6 +374,9 @@ class Sensors:
         now_us, previous = self._now_us, self._topics.battery_status
         known = message.current_ca >= 0
         current_a = message.current_ca * 1e-2 if known else NAN
+        resting_a = float(self._parameters["BAT1_I_OVERWRITE"])
+        if resting_a > 0.0 and not self._topics.vehicle_status.armed:
+            known, current_a = True, resting_a  # whatever was measured (Battery::updateCurrent)
         told_a = current_a if known else UNKNOWN_CURRENT_A
         dt_s = (now_us - previous.timestamp) * 1e-6 if previous.connected else 0.0
         discharged_mah = previous.discharged_mah + (current_a * dt_s / 3.6 if known else 0.0)

@@ -106,6 +106,14 @@ def test_a_battery_that_another_source_tells_of_is_not_ours() -> None:
     assert not topics.battery_status.connected
 
 
+def test_a_disarmed_vehicle_draws_what_bat1_i_overwrite_says() -> None:
+    reader, topics = sensors(BAT1_N_CELLS=4, BAT1_I_OVERWRITE=0.5)
+    for armed, expected in ((False, 0.5), (True, 3.0)):
+        topics.vehicle_status = topics.vehicle_status._replace(armed=armed)
+        reader.update([SimulatedBattery(16200, 300, 100), IMU])
+        assert topics.battery_status.current_a == expected
+
+
 def test_battery_counts_what_was_drawn() -> None:
     reader, topics = sensors()
     reader.update([IMU._replace(time_usec=0)])
