@@ -213,6 +213,10 @@ def test_commander_gives_commands_from_inside() -> None:
     assert console.output("commander safety off") == ""
     assert "unsupported" in console.output("commander actuator_group_test wings")
     assert console.output("commander actuator_group_test roll") == ""
+    assert console.output("commander actuator_group_test zthrust much") == (
+        'WARN  [commander] actuator_group_test: value "much" is invalid. Using default -0.1\n'
+    )
+    assert "[commander] Invalid heading value: 9x\n" in console.output("commander calibrate mag quick 9x")
     assert console.output("commander set_heading") == "ERROR [commander] missing argument\n"
     assert console.output("commander set_heading 90") == ""
     assert console.output("commander termination") == ""

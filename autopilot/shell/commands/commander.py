@@ -8,7 +8,18 @@ import math
 from collections.abc import Sequence
 
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
-from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, error, info, number, usage
+from sitl_emu.autopilot.shell.command import (
+    DECIMAL,
+    FAILURE,
+    SUCCESS,
+    Output,
+    Vehicle,
+    error,
+    info,
+    number,
+    usage,
+    warning,
+)
 from sitl_emu.autopilot.shell.commands.module import HELP, default_command
 from sitl_emu.autopilot.shell.vehicle_command import send
 from sitl_emu.core import dialect as mavlink
@@ -120,6 +131,9 @@ def _mode(vehicle: Vehicle, name: str) -> Output:
 def _calibrate(vehicle: Vehicle, words: list[str]) -> Output:
     what, quick = words[0], words[1:2] == ["quick"]
     if what == "mag" and quick:
+        if len(words) > 2 and not DECIMAL.fullmatch(words[2]):
+            yield error("commander", f"Invalid heading value: {words[2]}")
+            return FAILURE
         heading_deg = number(words[2]) if len(words) > 2 else 0.0
         send(vehicle, mavlink.MAV_CMD_FIXED_MAG_CAL_YAW, math.floor(heading_deg + 0.5) % 360.0)
         return SUCCESS
@@ -146,7 +160,12 @@ def _actuator_group_test(vehicle: Vehicle, words: list[str]) -> Output:
         yield error("commander", f"argument {words[0]} unsupported." if words else "missing argument")
         return FAILURE
     group = ACTUATOR_GROUPS.index(words[0])
-    value = number(words[1]) if len(words) > 1 else GROUP_VALUES.get(words[0], 1.0)
+    value = GROUP_VALUES.get(words[0], 1.0)
+    if len(words) > 1 and DECIMAL.fullmatch(words[1]):
+        value = number(words[1])
+    elif len(words) > 1:
+        text = f'actuator_group_test: value "{words[1]}" is invalid. Using default {value:.1f}'
+        yield warning("commander", text)
     send(vehicle, mavlink.MAV_CMD_ACTUATOR_GROUP_TEST, float(group), value)
     return SUCCESS
 
