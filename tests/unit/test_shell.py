@@ -427,7 +427,7 @@ def test_the_ground_stations_half_runs_a_line() -> None:
     assert lonely.done and lonely.failed
 
 
-def test_mavlink_status_tells_how_long_answers_to_pings_take() -> None:
+def test_mavlink_tells_how_long_answers_to_pings_take_and_which_link_there_is_not() -> None:
     console = Console()
     assert "ping statistics" not in console.output("mavlink status")
     console.autopilot.mavlink.links[GCS].pings.answered(4.0, 1)
@@ -435,6 +435,12 @@ def test_mavlink_status_tells_how_long_answers_to_pings_take() -> None:
         "\tping statistics:\n\t  last: 4.00 ms\n\t  mean: 2.00 ms\n\t  max: 4.00 ms\n\t  min: 4.00 ms\n"
         "\t  dropped packets: 0\n"
     ) in console.output("mavlink status")
+    for words, answer in (
+        ("", "mavlink for network on port 0 is not running"),
+        ("-d /dev/ttyS1", "mavlink for device /dev/ttyS1 is not running"),
+        ("-d /dev/ttyS1 -u 18570", "please provide either a device name or a network port"),
+    ):
+        assert console.output(f"mavlink stream -s ATTITUDE {words}").startswith(f"WARN  [mavlink] {answer}\n")
     assert console.output("mavlink stream -u 18570 -s ATTITUDE -r -1").startswith("Usage: mavlink")
 
 

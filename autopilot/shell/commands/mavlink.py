@@ -96,12 +96,16 @@ def _streams(link: Link) -> Output:
 
 def _stream(vehicle: Vehicle, words: list[str]) -> Output:
     options = dict(zip(words[::2], words[1::2], strict=False))
-    if "-s" not in options or "-u" not in options or len(words) % 2 or not options.keys() <= {"-s", "-u", "-r"}:
+    if "-s" not in options or len(words) % 2 or not options.keys() <= {"-s", "-u", "-r", "-d"}:
         yield usage("mavlink", COMMANDS)
         return FAILURE
-    port, name, hz = integer(options["-u"]), options["-s"], number(options.get("-r", "-1"))
+    port, name, hz = integer(options.get("-u", "0")), options["-s"], number(options.get("-r", "-1"))
     if "-r" in options and hz < 0.0:
         yield usage("mavlink", COMMANDS)
+        return FAILURE
+    if "-d" in options:
+        device = f"mavlink for device {options['-d']} is not running"
+        yield warning("mavlink", "please provide either a device name or a network port" if "-u" in options else device)
         return FAILURE
     link = next((link for link in vehicle.mavlink.links if link.ports.local == port), None)
     if link is None:
