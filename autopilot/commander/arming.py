@@ -82,7 +82,8 @@ class Arming:
         """MAV_RESULT of arming; `forced` goes without checks. `by` is one of REASONS. None: leave is awaited."""
         if self.armed:
             return ACCEPTED
-        if self._topics.vehicle_status.calibrating:
+        status = self._topics.vehicle_status
+        if status.calibrating or status.rc_calibration_in_progress:
             self._say(Severity.CRITICAL, "Arming denied: calibrating\t", "commander_arm_denied_calibrating")
             return TEMPORARILY_REJECTED
         in_grace = self._disarmed_us is not None and now_us - self._disarmed_us < REARMED_WITHIN_US

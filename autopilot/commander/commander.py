@@ -331,7 +331,7 @@ class Commander:
             self._intention.mode,
             in_failsafe,
             self._takeoff_us,
-            self.calibration.calibrating,
+            self.calibration.busy,
             self.calibration.remote_control,
             self._failsafe.taken_over,
             topics.actuator_armed.kill,
@@ -356,7 +356,7 @@ class Commander:
             flags.gcs_connection_lost,
             flags.manual_control_signal_lost,
             can_arm,
-            self.calibration.calibrating,
+            self.calibration.busy,
             self._vehicle_kind,
             self._mav_type,
             arming.arming_reason,
@@ -382,7 +382,7 @@ class Commander:
     def _is_prearmed(self, now_us: int) -> bool:
         """COM_PREARM_MODE: servos may move before arming, 1 by the safety button, 2 from a while after boot on."""
         mode = int(self._parameters["COM_PREARM_MODE"])
-        if self.calibration.calibrating or mode == PREARM_DISABLED:
+        if self.calibration.busy or mode == PREARM_DISABLED:
             return False
         if mode == PREARM_BY_SAFETY_BUTTON:
             return int(self._parameters["CBRK_IO_SAFETY"]) == SAFETY_BREAKER

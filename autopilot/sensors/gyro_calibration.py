@@ -61,7 +61,7 @@ class GyroCalibration:
     def _is_disturbed(self, now_us: int) -> bool:
         """Something else goes on, something has changed, or the vehicle moves."""
         status, imu = self._topics.vehicle_status, self._topics.sensor_imu
-        before, self._was = self._was, (status.armed, status.calibrating and not status.rc_calibration_in_progress)
+        before, self._was = self._was, (status.armed, status.calibrating)
         if before != self._was or self._was[1]:
             return True
         if status.armed:

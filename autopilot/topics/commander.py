@@ -28,6 +28,7 @@ class VehicleStatus(NamedTuple):
     rc_signal_lost: bool = True
     pre_flight_checks_pass: bool = False
     calibrating: bool = False
+    """A calibration runs (calibration_enabled); not the remote control's, which has a flag of its own below."""
     vehicle_kind: VehicleKind = VehicleKind.MULTICOPTER
     mav_type: int = 2
     latest_arming_reason: int = 0
