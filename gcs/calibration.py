@@ -22,6 +22,8 @@ PARAMETERS: dict[str, tuple[int, ...]] = {
 """param1 on of PREFLIGHT_CALIBRATION, by sensor as PX4 calls it."""
 SILENCE_US = 60_000_000
 """A calibration of which nothing is heard for so long has ended badly."""
+CANCEL_AGAIN_US = 3_000_000
+"""PX4 misses who cancels between two parts of a calibration (calibrate_cancel_check), so it is asked again."""
 PROGRESS = re.compile(r"\[cal\] .*progress <(\d+)>")
 PENDING = re.compile(r"\[cal\] pending:\s*(.*)")
 DETECTED = re.compile(r"\[cal\] (\w+) orientation detected")
@@ -38,6 +40,7 @@ class Calibration:
         self._texts = TextAssembler()
         self._heard_us: int | None = None
         self._cancelling = False
+        self._cancelled_us = 0
         self.sensor = sensor
         self.progress_percent = 0
         self.instruction = ""
@@ -82,6 +85,9 @@ class Calibration:
             messages = self._command.on_time(now_us)
             self._look_at_answer(now_us)
             return messages
+        if self._cancelling and now_us - self._cancelled_us > CANCEL_AGAIN_US:
+            self.cancel()
+            return self.on_time(now_us)
         if self._heard_us is not None and now_us - self._heard_us > SILENCE_US:
             self._end(succeeded=False, text="the autopilot says nothing more")
         return []
@@ -90,7 +96,7 @@ class Calibration:
         command = self._command
         if command is None or command.outcome is None:
             return
-        self._command, self._heard_us = None, now_us
+        self._command, self._heard_us, self._cancelled_us = None, now_us, now_us
         # PX4 rejects the command that cancels, and then the calibration that runs takes it all the same.
         if not command.outcome.accepted and not self._cancelling:
             self._end(succeeded=False, text=command.outcome.text)

@@ -72,6 +72,15 @@ def test_it_is_cancelled() -> None:
     assert not link.table.worker.busy
 
 
+def test_who_cancels_between_two_parts_is_heard_the_next_time() -> None:
+    """PX4 looks for who cancels since a part began: the rest on a side is before that of its turning."""
+    link = Link("mag")
+    link.run(1.0)
+    link.calibration.cancel()
+    link.run(6.0)
+    assert (link.calibration.succeeded, link.calibration.text) == (False, "cancelled")
+
+
 def test_it_fails_as_the_autopilot_says() -> None:
     link = Link("baro")
     link.run(4.0)
