@@ -97,6 +97,15 @@ def test_a_magnetometer_on_two_sides_corrects_its_offset(table: Table) -> None:
     assert table.parameters["CAL_MAG0_XSCALE"] == pytest.approx(1.2)
 
 
+def test_a_scale_of_0_counts_as_1(table: Table) -> None:
+    table.parameters.set("CAL_MAG0_YSCALE", 0.0)
+    table.topics.sensor_gps = SensorGps(table.now_us, 47.4, 8.5, 489.0, eph=1.0, fix_type=3)
+    table.worker.fixed_mag_cal_yaw(table.now_us, VehicleCommand(42006, 90.0, 0, 0, 0), armed=False)
+    table.run(0.1)
+    assert table.said[-1] == "Mag quick calibration finished"
+    assert table.parameters["CAL_MAG0_YSCALE"] == 1.0
+
+
 def test_a_magnetometer_in_a_field_that_is_none(table: Table) -> None:
     table.command(*MAG)
     turn_on_each_side(table, lambda field: (0.1 * field[0], 0.1 * field[1], 0.1 * field[2]))

@@ -82,8 +82,8 @@ def _calibrated(bench: Bench) -> Steps:
         return (yield from bench.failed("mag"))
     before = _kept(old)
     if updates:
-        offset = tuple(o + f / s for o, f, s in zip(before.offset, found.offset, before.scale, strict=True))
-        found = before._replace(offset=(offset[0], offset[1], offset[2]))
+        x, y, z = (o + f / s for o, f, s in zip(before.offset, found.offset, before.scale, strict=True))
+        found = before._replace(offset=(x, y, z))
     bench.save(
         "MAG",
         OFF=changed(before.offset, found.offset, LEAST_OFFSET_GA),
@@ -94,11 +94,11 @@ def _calibrated(bench: Bench) -> Steps:
 
 
 def _kept(old: Corrections) -> Fit:
-    """What the parameters say so far."""
+    """What the parameters say so far; a scale that is none counts as 1 (Magnetometer::set_scale)."""
     if old.mag_matrix is None:
         return Fit(old.mag_offset, ONE, ZERO)
     (a, b, c), (_, d, e), (_, _, f) = old.mag_matrix
-    return Fit(old.mag_offset, (a, d, f), (b, c, e))
+    return Fit(old.mag_offset, (a, d, f) if min(a, d, f) > 0.0 else ONE, (b, c, e))
 
 
 def _sphere_ga(bench: Bench) -> float:
