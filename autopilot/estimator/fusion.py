@@ -160,6 +160,7 @@ class Fusion:
             flags.tilt_align = ekf.tilt_variance() < ALIGNED_RAD2
         self.gnss.follow(gathered, steps)
         check_vertical_acceleration(ekf, self._vertical_aids())
+        self.drag.forget_wind()
         self.gravity.control(gathered, steps)
         self.range.control_terrain()
         self.range.update_terrain_validity(self.flow.aid.time_last_fuse)

@@ -6,9 +6,11 @@ import pytest
 
 from sitl_emu.autopilot.estimator.commands import EstimatorCommands
 from sitl_emu.autopilot.topics import VehicleStatus
+from tests.typed import now
 from tests.unit.vehicle_command import vehicle_command
 
 from .estimator_feed import LAT, LON, Feed
+from .test_estimator import circle
 
 EXTERNAL_ATTITUDE, EXTERNAL_POSITION, EXTERNAL_WIND, SENSOR_ENABLE, GLOBAL_ORIGIN = 620, 43003, 43004, 43006, 611
 ACCEPTED, TEMPORARILY_REJECTED, UNSUPPORTED, FAILED = 0, 1, 3, 4
@@ -146,6 +148,21 @@ def test_an_origin_off_the_globe() -> None:
 )
 def test_numbers_that_say_nothing(number: int, params: tuple[float, ...], result: int) -> None:
     assert give(Feed(), number, *params) == result
+
+
+def test_wind_ends_with_the_drag_that_showed_it() -> None:
+    """A wind that was told counts until one is estimated (controlAirDataFusion)."""
+    feed = Feed(circle, EKF2_DRAG_CTRL=1)
+    feed.run(2.0)
+    assert give(feed, EXTERNAL_WIND, 2.0, 1.0, 90.0, 10.0) == ACCEPTED
+    feed.run(6.0)
+    assert now(feed.estimator.ekf.flags.wind)
+    feed.parameters.set("EKF2_DRAG_CTRL", 0)
+    feed.run(0.5)
+    last_us = feed.topics.wind.timestamp
+    feed.run(1.0)
+    assert not now(feed.estimator.ekf.flags.wind)
+    assert feed.topics.wind.timestamp == last_us
 
 
 def test_wind_is_told_on_the_ground_and_answered_twice() -> None:

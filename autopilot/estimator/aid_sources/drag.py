@@ -31,7 +31,7 @@ class Drag:
         self.aid = AidSource(2)
         self.air_density_kg_m3 = AIR_DENSITY_SEA_LEVEL_KG_M3
         self.wind_told = False
-        """A command has told the wind."""
+        """A command has told the wind, and it was not estimated since."""
         self._x = self._y = self._dt_s = 0.0
         self._time_sum_us = self._count = 0
 
@@ -60,6 +60,16 @@ class Drag:
         sample = self.buffer.pop(imu.time_us)
         if sample is not None:
             self._fuse(sample)
+
+    def forget_wind(self) -> None:
+        """Nothing shows the wind without drag, nor while the vehicle is only taken to be where it was.
+
+        Once it is estimated a told one is none any more (controlAirDataFusion in EKF/aid_sources/airspeed).
+        """
+        ekf, flags = self._ekf, self._ekf.flags
+        if flags.fake_pos or not int(ekf.settings["EKF2_DRAG_CTRL"]):
+            flags.wind = False
+        self.wind_told = self.wind_told and not flags.wind
 
     def _fuse(self, sample: DragSample) -> None:
         ekf, flags, value, state = self._ekf, self._ekf.flags, self._ekf.settings, self._ekf.state
