@@ -70,14 +70,14 @@ def _fuse_position(ekf: Ekf, place: tuple[float, float], variance: float) -> Non
     ekf.flags.heading_observable = True
     state = ekf.state
     before = (state.pn, state.pe)
+    innovation = (state.pn - place[0], state.pe - place[1])
     for axis in range(2):
-        innovation = (state.pn, state.pe)[axis] - place[axis]
         row = ekf.p[cov.POSITION + axis].copy()
         forced = row / (float(row[cov.POSITION + axis]) + FORCING_VARIANCE)
-        ekf.correct(forced, innovation)
+        ekf.correct(forced, innovation[axis])
         told = float(row[cov.POSITION + axis]) + variance
         ekf.fuse(row, 0.0, told)
-    jumped_horizontally(ekf, (state.pn - before[0], state.pe - before[1]))
+    jumped_horizontally(ekf, (state.pn - before[0], state.pe - before[1]), (-innovation[0], -innovation[1]))
 
 
 def take_heading(ekf: Ekf, heading_rad: float, accuracy_rad: float) -> None:

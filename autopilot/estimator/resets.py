@@ -97,10 +97,10 @@ def reset_horizontal_position(ekf: Ekf, place: tuple[float, float], variances: t
     ekf.hor_pos_fused_us = ekf.time_us
 
 
-def jumped_horizontally(ekf: Ekf, delta: tuple[float, float]) -> None:
-    """The position was moved by this much (m): the output follows at once, and whoever controls it is told."""
+def jumped_horizontally(ekf: Ekf, delta: tuple[float, float], told: tuple[float, float]) -> None:
+    """The position was moved by `delta` (m), and the output follows at once; whoever controls it hears `told`."""
     ekf.output.reset_position(*delta, 0.0)
-    _count_position_reset(ekf, delta)
+    _count_position_reset(ekf, told)
     ekf.hor_pos_fused_us = ekf.time_us
 
 

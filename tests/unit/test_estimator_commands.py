@@ -6,6 +6,13 @@ import pytest
 
 from sitl_emu.autopilot.estimator.commands import EstimatorCommands
 from sitl_emu.autopilot.topics import VehicleStatus
+from sitl_emu.autopilot.estimator.ekf import Ekf
+from sitl_emu.autopilot.estimator.estimator import Settings
+from sitl_emu.autopilot.estimator.external_estimates import take_position
+from sitl_emu.autopilot.estimator.samples import ImuSample
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from sitl_emu.core.geodesy import MapProjection
 from tests.typed import now
 from tests.unit.vehicle_command import vehicle_command
 
@@ -129,6 +136,19 @@ def test_a_new_origin_tells_by_how_much_it_moved_the_frame_alone() -> None:
         )
         assert local.delta_xy == pytest.approx((local.x - before.x, local.y - before.y), abs=0.5)
         assert local.delta_z == local.delta_dist_bottom == pytest.approx(before.ref_alt - local.ref_alt)
+
+
+def test_a_late_position_is_carried_on_to_the_present_and_tells_all_that_it_was_off() -> None:
+    """Height as well; what fusion moved is less than the jump that is told (resetGlobalPosToExternalObservation)."""
+    ekf = Ekf(Settings(Parameters(VehicleKind.MULTICOPTER, {})))
+    ekf.begin_step(ImuSample(8000, (0.0, 0.0, 0.0), (0.0, 0.0, -0.0785), 0.008))
+    ekf.time_us, ekf.origin, ekf.origin_alt = 10_000_000, MapProjection(LAT, LON), 488.0
+    ekf.horizontal_dead_reckoning_too_long = False
+    ekf.state.vn, ekf.state.vd = 4.0, -3.0
+    take_position(ekf, (LAT, LON, 500.0), 20.0, 8_000_000)
+    assert ekf.resets.pos_ne == 1 and ekf.resets.pos_ne_change == pytest.approx((8.0, 0.0), abs=0.01)
+    assert 4.0 < ekf.state.pn < 7.0
+    assert ekf.state.alt == pytest.approx(506.0)
 
 
 def test_an_origin_off_the_globe() -> None:
