@@ -11,6 +11,7 @@ from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.ekf import INITIAL_WIND_VARIANCE, Ekf
 from sitl_emu.autopilot.estimator.resets import (
     initialise_altitude,
+    is_altitude,
     jumped_horizontally,
     reset_horizontal_position,
     reset_horizontal_velocity,
@@ -25,15 +26,13 @@ FORCING_VARIANCE: Final = 0.1
 """With so little noise a gain is nearly one: the position is taken, and what correlates with it follows."""
 FIRM_ACCURACY_M: Final = 1.0
 UNKNOWN_WIND_VARIANCE: Final = 10.0
-LOWEST_ALTITUDE_M: Final = -12_000.0
-HIGHEST_ALTITUDE_M: Final = 100_000.0
 
 
 def take_position(ekf: Ekf, place: tuple[float, float, float], accuracy_m: float, measured_us: int) -> None:
     """`place`: latitude, longitude (deg), altitude (m AMSL, NaN: keep), where the vehicle was at `measured_us`."""
     latitude_deg, longitude_deg, altitude_m = place
     variance = max(accuracy_m, LEAST_ACCURACY_M) ** 2
-    altitude_known = LOWEST_ALTITUDE_M < altitude_m < HIGHEST_ALTITUDE_M
+    altitude_known = is_altitude(altitude_m)
     if ekf.origin is None:
         reset_to_place(ekf, latitude_deg, longitude_deg, variance)
         if altitude_known:

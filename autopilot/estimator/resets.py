@@ -18,6 +18,8 @@ from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
 LEAST_VARIANCE: Final = 0.01**2
 YAW_RESET_TURNS_VELOCITY_RAD: Final = 0.3
+LOWEST_ALTITUDE_M: Final = -12_000.0
+HIGHEST_ALTITUDE_M: Final = 100_000.0
 EQUATORIAL_RADIUS_M: Final = 6378137.0
 ECCENTRICITY_SQUARED: Final = 0.0818191908425**2
 """WGS 84 (src/lib/lat_lon_alt/lat_lon_alt.hpp)."""
@@ -148,6 +150,11 @@ def _set_origin(ekf: Ekf, origin: MapProjection) -> None:
     ekf.output.gravity_m_s2 = ekf.state.gravity_m_s2
 
 
+def is_altitude(altitude_m: float) -> bool:
+    """It may be one of a vehicle (checkAltitudeValidity in EKF/ekf_helper.cpp); NaN is none."""
+    return LOWEST_ALTITUDE_M < altitude_m < HIGHEST_ALTITUDE_M
+
+
 def initialise_altitude(ekf: Ekf, altitude_m: float, variance: float) -> None:
     """The altitude AMSL is known: heights count from here on, or from where they were counted before."""
     if not math.isfinite(ekf.origin_alt):
@@ -263,7 +270,7 @@ def _turn_velocity(ekf: Ekf, turn: float) -> None:
 
 
 def move_origin(ekf: Ekf, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> None:
-    """The local frame begins elsewhere; the vehicle stays where it is on the globe. NaN keeps the altitude.
+    """The local frame begins elsewhere; the vehicle stays where it is on the globe. What is no altitude changes none.
 
     Where nobody knows a place on the globe yet, the vehicle stays where it is in the local frame.
     """
@@ -281,7 +288,7 @@ def move_origin(ekf: Ekf, latitude_deg: float, longitude_deg: float, altitude_am
     elif ekf.local_horizontal_valid:
         _count_position_reset(ekf, (0.0, 0.0))
         ekf.hor_pos_fused_us = ekf.time_us
-    if math.isfinite(altitude_amsl_m):
+    if is_altitude(altitude_amsl_m):
         _move_origin_altitude(ekf, altitude_amsl_m)
 
 

@@ -104,7 +104,7 @@ def test_a_position_that_is_none_changes_nothing(latitude: float, result: int) -
     assert north_m(feed) == pytest.approx(0.0, abs=1.0)
 
 
-@pytest.mark.parametrize("altitude_m", [NAN, 400.0])
+@pytest.mark.parametrize("altitude_m", [NAN, 400.0, 2_147_483.0])
 def test_a_new_origin_leaves_the_vehicle_where_it_is(altitude_m: float) -> None:
     feed = Feed()
     feed.run(5.0)
@@ -114,7 +114,7 @@ def test_a_new_origin_leaves_the_vehicle_where_it_is(altitude_m: float) -> None:
     local, after = feed.topics.vehicle_local_position, feed.topics.vehicle_global_position
     assert (local.ref_lat, local.ref_lon) == (LAT - 0.01, LON)
     assert local.x == pytest.approx(1112.0, abs=5.0)
-    moved_m = 0.0 if math.isnan(altitude_m) else altitude_m - (before.alt + height)
+    moved_m = altitude_m - (before.alt + height) if altitude_m == 400.0 else 0.0
     assert local.z - height == pytest.approx(moved_m, abs=0.7)
     assert (after.lat, after.lon) == pytest.approx((before.lat, before.lon), abs=1e-5)
     assert after.alt == pytest.approx(before.alt, abs=0.7)

@@ -12,8 +12,7 @@ from typing import Final
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.ekf import RESET_TIMEOUT_US, Ekf
-from sitl_emu.autopilot.estimator.external_estimates import HIGHEST_ALTITUDE_M, LOWEST_ALTITUDE_M
-from sitl_emu.autopilot.estimator.resets import initialise_altitude, reset_to_place
+from sitl_emu.autopilot.estimator.resets import initialise_altitude, is_altitude, reset_to_place
 from sitl_emu.autopilot.estimator.samples import AuxiliarySample, ImuSample, SampleBuffer
 
 SLOTS: Final = 4
@@ -89,7 +88,7 @@ class AuxSource:
         ekf = self._ekf
         if ekf.origin is None:
             reset_to_place(ekf, sample.lat, sample.lon, self.aid.observation_variance[0])
-            if LOWEST_ALTITUDE_M < sample.alt < HIGHEST_ALTITUDE_M:
+            if is_altitude(sample.alt):
                 initialise_altitude(ekf, sample.alt, sample.epv * sample.epv)
             self.aid.reset(ekf.time_us)
         elif not ekf.fuse_horizontal_position(self.aid):
