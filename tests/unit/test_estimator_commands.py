@@ -5,12 +5,12 @@ import math
 import pytest
 
 from sitl_emu.autopilot.estimator.commands import EstimatorCommands
-from sitl_emu.autopilot.topics import VehicleStatus
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.estimator import Settings
 from sitl_emu.autopilot.estimator.external_estimates import take_position
 from sitl_emu.autopilot.estimator.samples import ImuSample
 from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import VehicleStatus
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
 from tests.typed import now
