@@ -24,6 +24,7 @@ def failures(vehicle: FakeVehicle) -> list[tuple[str, tuple[float, ...]]]:
     ("parameters", "topics", "expected"),
     [
         ({}, {}, []),
+        ({"SYS_HAS_NUM_DIST": 2**31 - 1}, {}, [("check_distance_sensor_missing", (n,)) for n in range(10)]),
         ({"SYS_HAS_NUM_DIST": 1}, {}, [("check_distance_sensor_missing", (0,))]),
         (
             {"SYS_HAS_NUM_DIST": 2},

@@ -15,13 +15,17 @@ from sitl_emu.autopilot.topics import Topics
 
 FRESH_US: Final = 1_000_000
 FIX_3D: Final = 3
+MOST_DISTANCE_SENSORS: Final = 10
+"""ORB_MULTI_MAX_INSTANCES (uORB.h): PX4 asks for no more, whatever SYS_HAS_NUM_DIST says."""
+MOST_RECEIVERS: Final = 2
+"""GPS_MAX_INSTANCES: there are no more to be missed."""
 
 
 def check_sight(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """Distance sensors, in the order of ours, and optical flow, of which there are no texts."""
     sensors = (topics.distance_sensor, topics.distance_sensor_outside, topics.distance_sensor_sideways)
     ages_us = [now_us - sensor.timestamp for sensor in sensors if sensor.timestamp]
-    for number in range(settings.sys_has_num_dist):
+    for number in range(min(settings.sys_has_num_dist, MOST_DISTANCE_SENSORS)):
         event, text = "check_distance_sensor_missing", f"Preflight Fail: Distance Sensor {number} missing"
         if number < len(ages_us):
             event, text = "check_distance_sensor_invalid", f"Preflight Fail: No valid distance sensor {number} data"
@@ -49,6 +53,6 @@ def check_receivers(now_us: int, topics: Topics, settings: Settings, findings: F
     findings.gnss_lost = True
     forbids = settings.com_gnssloss_act > 0
     modes, level = (ALL_MODES, Severity.ERROR) if forbids else (NO_MODE, Severity.WARNING)
-    for receiver in range(int(fixed), wanted):
+    for receiver in range(int(fixed), min(wanted, MOST_RECEIVERS)):
         event = "check_gnss_receiver_no_fix" if receiver == 0 and online else "check_gnss_receiver_offline"
         findings.health_failure(modes, Component.GPS, level, event, receiver)
