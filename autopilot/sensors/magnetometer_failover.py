@@ -17,25 +17,20 @@ STALE, TIMEOUT = ("STALE", 2), ("TIMEOUT", 4)
 
 
 class MagnetometerFailover:
-    """Watches sensor_mag."""
+    """Watches sensor_mag; `validator`: what the sensors' side knows of its samples."""
 
-    def __init__(self, topics: Topics, say: Say) -> None:
-        self._topics = topics
+    def __init__(self, topics: Topics, validator: DataValidator, say: Say) -> None:
+        self._topics, self._validator = topics, validator
         self._say = say
-        self._timestamp = 0
-        self._validator = DataValidator()
         self._is_well = False
         self._told_us = -TOLD_EVERY_US
 
     def update(self, now_us: int) -> None:
         """At 50 Hz."""
-        sample = self._topics.sensor_mag
-        if sample.timestamp != self._timestamp:
-            self._validator.put(sample.magnetometer_ga)
-            self._timestamp = sample.timestamp
-        reason = TIMEOUT if now_us - self._timestamp > TIMEOUT_US else STALE if self._validator.stale else None
+        heard_us = self._topics.sensor_mag.timestamp
+        reason = TIMEOUT if now_us - heard_us > TIMEOUT_US else STALE if self._validator.stale else None
         if reason is not None and self._is_well and now_us - self._told_us > TOLD_EVERY_US:
             self._told_us = now_us
             text, flag = reason
             self._say(Severity.EMERGENCY, f"MAG #0 failed:  {text}!\t", "sensor_failover_mag", 0, flag)
-        self._is_well = reason is None and self._timestamp > 0
+        self._is_well = reason is None and heard_us > 0

@@ -156,7 +156,7 @@ class Sensors:
         self._imu_fails = False
         self._integrator = ImuIntegrator(topics)
         self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(1, keeps_pace=True)
-        self._mag_validator, self._baro_validator = DataValidator(), DataValidator()
+        self.mag_validator, self._baro_validator = DataValidator(), DataValidator()
         self._mag_calibrations = self._baro_calibrations = 0
         self._average_current_a = NAN
         self._estimator: BatteryEstimator | None = None
@@ -242,9 +242,9 @@ class Sensors:
         if mag_updated and self._mag != OFF:
             field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else field
             topics.sensor_mag = SensorMag(now_us, field)
-            self._mag_validator.put(field)
+            self.mag_validator.put(field)
             due = self._mag_mean.add(now_us, field, self._parameters["SENS_MAG_RATE"])
-            if due is not None and not self._mag_validator.stale:
+            if due is not None and not self.mag_validator.stale:
                 sample_us, (x, y, z) = due
                 topics.vehicle_magnetometer = VehicleMagnetometer(now_us, sample_us, (x, y, z), self._mag_calibrations)
         if updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf and self._baro != OFF:

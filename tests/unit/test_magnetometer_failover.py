@@ -3,6 +3,7 @@
 import pytest
 
 from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.sensors.data_validator import DataValidator
 from sitl_emu.autopilot.sensors.magnetometer_failover import MagnetometerFailover
 from sitl_emu.autopilot.topics import SensorMag, Topics
 
@@ -13,9 +14,9 @@ class Watched:
     """A compass at 50 Hz, and what is said of it."""
 
     def __init__(self) -> None:
-        self.topics = Topics()
+        self.topics, self.validator = Topics(), DataValidator()
         self.said: list[tuple[float, Severity, str, tuple[float, ...]]] = []
-        self.failover = MagnetometerFailover(self.topics, self._say)
+        self.failover = MagnetometerFailover(self.topics, self.validator, self._say)
         self.now_us = 0
 
     def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
@@ -28,6 +29,7 @@ class Watched:
             if says != "nothing":
                 value = 0.2 if says == "the same" else 0.2 + 1e-5 * (self.now_us // STEP_US % 7)
                 self.topics.sensor_mag = SensorMag(self.now_us, (value, value, value))
+                self.validator.put((value, value, value))
             self.failover.update(self.now_us)
 
 
