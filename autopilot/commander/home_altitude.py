@@ -2,7 +2,8 @@
 
 PX4's HomePosition::update (v1.18), in the 120 s after each takeoff. The barometer's height and the integral of the
 receiver's climb rate both begin at the receiver's height. Where these two agree better with each other than either does
-with the receiver's height, that has drifted, and the height that home was given with it.
+with the receiver's height, that has drifted, and the height that home was given with it. (PX4's low-pass of the
+barometer takes microseconds for seconds, and smooths nothing.)
 """
 
 import math
