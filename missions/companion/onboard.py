@@ -59,6 +59,7 @@ class Onboard:
         self._outbox: Outgoing = []
         self._events: list[Event] = []
         self._text_id = 0
+        self._was_silent = False
 
     @property
     def system_id(self) -> int:
@@ -75,6 +76,14 @@ class Onboard:
         while not service.done:
             yield
         return service
+
+    @property
+    def silence(self) -> str:
+        """That the autopilot is silent, and for how long; "" while it speaks (`gcs.heartbeat.Watch`)."""
+        watch = self.telemetry.watch
+        if watch.heard_us is None or not watch.lost(self.now_us):
+            return ""
+        return f"nothing heard of the autopilot for {(self.now_us - watch.heard_us) * 1e-6:.1f} s"
 
     @property
     def taken_by(self) -> str:
@@ -166,6 +175,7 @@ class Onboard:
         self.now_us = now_us
         if self.telemetry.system == 0:
             return []
+        self._watch_autopilot()
         out, self._outbox = self._outbox, []
         for link, heartbeat in self._heartbeats.items():
             out += [(link, msg) for msg in heartbeat.on_time(now_us)]
@@ -174,3 +184,12 @@ class Onboard:
                 out += [(link, msg) for msg in service.on_time(now_us)]
         self._services = [entry for entry in self._services if not entry[1].done]
         return out
+
+    def _watch_autopilot(self) -> None:
+        """Says once that it has fallen silent, and once that it is back: what stands still is then told from who is."""
+        silence = self.silence
+        if bool(silence) == self._was_silent:
+            return
+        self._was_silent = bool(silence)
+        self.say(f"Companion: {silence or 'the autopilot is heard again'}", WARNING if silence else INFO)
+        self.note("autopilot_silent" if silence else "autopilot_heard", silence)

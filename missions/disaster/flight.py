@@ -276,10 +276,10 @@ class Flight:
             if wanted != sent:
                 yield from self.send(*wanted)
                 sent = wanted
-            if motion.is_stuck(self.onboard.now_us, (*self.here_m, self.altitude_m)):
-                raise steps.StepFailed(f"does not move, {math.dist(self.here_m, to_m):.1f} m from a waypoint")
-            if self.onboard.now_us - began_us > limit_s * 1e6:
-                raise steps.StepFailed(f"{math.dist(self.here_m, to_m):.1f} m from a waypoint after {limit_s:.0f} s")
+            stuck = motion.is_stuck(self.onboard.now_us, (*self.here_m, self.altitude_m))
+            if stuck or self.onboard.now_us - began_us > limit_s * 1e6:
+                why = self.onboard.silence or "does not move" if stuck else f"under way for {limit_s:.0f} s"
+                raise steps.StepFailed(f"{why}, {math.dist(self.here_m, to_m):.1f} m from a waypoint")
             yield
 
     def _follow(self, to_m: Corner, sent: tuple[Corner, float] | None) -> tuple[Corner, float]:

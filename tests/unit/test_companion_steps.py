@@ -170,6 +170,24 @@ def test_a_return_home_ends_landed_and_disarmed() -> None:
         one.run(steps.until_landed(one.onboard, timeout_s=3.0))
 
 
+def test_an_autopilot_that_falls_silent_is_told_from_one_that_does_not_move() -> None:
+    one = Vehicle().armed()
+    silent = [False]
+    speak = one.px4.on_time
+    one.px4.on_time = lambda now_us: [] if silent[0] else speak(now_us)  # type: ignore[method-assign]
+    assert one.onboard.silence == ""
+    with pytest.raises(steps.StepFailed, match="does not move, and is armed"):
+        one.run(steps.until_landed(one.onboard))
+    silent[0] = True
+    with pytest.raises(steps.StepFailed, match=r"nothing heard of the autopilot for 20\.\d s"):
+        one.run(steps.until_landed(one.onboard))
+    silent[0] = False
+    one.run(steps.pause(one.onboard, 1.0))
+    assert one.onboard.silence == ""
+    said = [event.kind for event in one.onboard.events() if event.kind.startswith("autopilot")]
+    assert said == ["autopilot_silent", "autopilot_heard"]
+
+
 class TwoFires:
     labels = ("fire", "water")
 

@@ -22,7 +22,7 @@ def until_landed(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Scri
         if began is not None and place is not None:
             here_m = to_metres(place.lat_deg, place.lon_deg, began.lat_deg, began.lon_deg)
             if motion.is_stuck(onboard.now_us, (*here_m, place.alt_amsl_m)):
-                raise StepFailed("does not move, and is armed")
+                raise StepFailed(onboard.silence or "does not move, and is armed")
         yield
 
 
