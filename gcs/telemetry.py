@@ -196,6 +196,11 @@ class Telemetry:
         return math.hypot(self.place.v_north, self.place.v_east) if self.place else math.inf
 
     @property
+    def wind_m_s(self) -> float | None:
+        """Horizontal speed of the wind, None while unknown."""
+        return math.hypot(*self.wind) if self.wind is not None else None
+
+    @property
     def ready(self) -> bool:
         """Pre-arm checks pass, position and home are known."""
         return self.prearm_ok and self.place is not None and self.home is not None

@@ -15,6 +15,8 @@ MOST_EPH_M = 5.0
 """That the receiver states of itself; ours: twice what an M8N has under an open sky."""
 MOST_WIND_M_S = 12.0
 """Up to which drops were measured (tools/measure_parcel.py)."""
+CALMER_M_S = 1.0
+"""By so much a wind that ended a delivery has dropped before the next is begun: it comes and goes. Ours."""
 MOST_GLITCHES = 1
 """In a row, of a message that comes once a second; ours: one alone is an outlier."""
 LEAST_BATTERY_PERCENT = 25
@@ -86,6 +88,11 @@ def check_wind(wind_m_s: float | None) -> None:
     """Raises Aborted for a wind in which drops were not measured; None: not known."""
     if wind_m_s is not None and wind_m_s > MOST_WIND_M_S:
         raise Aborted(Reason.WIND, f"{wind_m_s:.1f} m/s, more than {MOST_WIND_M_S:g}")
+
+
+def has_dropped(wind_m_s: float | None) -> bool:
+    """Whether a wind that was too strong is so no more; one that nobody knows may be."""
+    return wind_m_s is None or wind_m_s <= MOST_WIND_M_S - CALMER_M_S
 
 
 def check_range_finder(silent_s: float) -> None:

@@ -82,7 +82,7 @@ class Descent:
         onboard = self._onboard
         since_us, sent_m = onboard.now_us, None
         while True:
-            aborts.check_wind(math.hypot(*onboard.telemetry.wind) if onboard.telemetry.wind else None)
+            aborts.check_wind(onboard.telemetry.wind_m_s)
             north_m, east_m = self._impact_m()
             miss = place_m[0] - north_m, place_m[1] - east_m
             if is_sure() and math.hypot(*miss) <= AIMED_M and onboard.telemetry.speed_m_s <= STEADY_M_S:

@@ -13,9 +13,9 @@ and where it then sees the parcel (`drop.py`). Then it climbs, goes back to wher
 flies at its own height; the air that others need is kept clear of.
 
 **Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
-goes home. A place is tried `TRIES` times, a region `REGION_TRIES` times: a flood has more than one shore. Who is alone
-and still has its parcel when all lines are flown goes over what may be a place and was seen from aslant alone, as often
-as `CLOSER_TRIES`.
+goes home. The same place and region are not tried for ever (`tries.py`), nor while a wind blows that has ended the last
+try. Who is alone and still has its parcel when all lines are flown goes over what may be a place and was seen from
+aslant alone, as often as `CLOSER_TRIES`.
 """
 
 import math
@@ -35,7 +35,7 @@ from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower
 from sitl_emu.missions.companion.onboard import Onboard, Script
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster import aborts, places, telling
+from sitl_emu.missions.disaster import aborts, places, telling, tries
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from sitl_emu.missions.disaster.descent import Descent
 from sitl_emu.missions.disaster.detectors import SCATTERED
@@ -54,12 +54,10 @@ LOOKED_S, SOON_S = 2.0, 1.0
 """So long it looks from over a place, and again from the release height."""
 FALLEN_S = 4.0
 """More than a fall from 20 m takes, with some to tumble."""
-TRIES, REGION_TRIES, CLOSER_TRIES = 2, 4, 4
+CLOSER_TRIES = 4
 ASIDE_M = 6.0
 """So far from a place it goes on to another without climbing: what is about is mapped, and half of the column of air
 that others keep clear of (`airspace.COLUMN_M`) is left; ours."""
-SAME_EDGE_M = 6.0
-"""A region whose edge lies so near to where it was when it was tried is that region: cells come and go."""
 CHOOSE_EVERY_US, FOLLOW_EVERY_US = 500_000, 1_000_000
 LOOKS_FROM_M = 6.0
 """Frames from lower than this are not looked at."""
@@ -371,21 +369,15 @@ class Flight:
 
     def may_try_at(self, place: Place) -> bool:
         """Whether a place was not tried too often."""
-        tried = [one for one in self._tried if one.label == place.label]
-        return sum(math.dist(one.edge_m, place.edge_m) <= SAME_EDGE_M for one in tried) < TRIES
+        return tries.is_left_at(self._tried, place)
 
     def _may_try(self, region: Region) -> bool:
-        """Whether a region was not tried too often."""
+        """Whether a region was not tried too often, and the wind that ended the last try, if one did, has dropped."""
         assert self.regions is not None
-        tried = [one for one in self._tried if one.label == region.label and self._is_of(one, region, SAME_EDGE_M)]
-        return len(tried) < REGION_TRIES
-
-    def _is_of(self, place: Place, region: Region, within_m: float) -> bool:
-        """Whether a place's edge is a region's."""
-        assert self.regions is not None
-        north, east = self.regions.north_m[region.cells], self.regions.east_m[region.cells]
-        near = (north - place.edge_m[0]) ** 2 + (east - place.edge_m[1]) ** 2
-        return region.label == place.label and bool(near.min() <= within_m**2)
+        was_windy = self.aborted is not None and self.aborted.reason is Reason.WIND
+        if was_windy and not aborts.has_dropped(self.onboard.telemetry.wind_m_s):
+            return False
+        return tries.is_left(self._tried, self.regions, region)
 
     def go_aside(self, place: Place, left_m: Corner | None = None) -> Script:
         """To a place, with the parcel, and back to where it left its line; None: up again."""
@@ -417,7 +409,7 @@ class Flight:
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
         """Stands over a place and looks; the place as it is then."""
-        for _ in range(TRIES + 1):
+        for _ in range(tries.TRIES + 1):
             yield from self.travel(place.place_m, self.settings.scan_altitude_m, STANDING_M)
             yield from steps.pause(self.onboard, LOOKED_S)
             again = self._again(place)
@@ -429,7 +421,7 @@ class Flight:
     def _again(self, place: Place) -> Place:
         """A place after more looks. Raises Aborted where it is none any more, or not known well enough."""
         assert self.regions is not None
-        of = [region for region in self.regions.regions() if self._is_of(place, region, 2.0 * GAP_M)]
+        of = [region for region in self.regions.regions() if tries.is_of(place, self.regions, region, 2.0 * GAP_M)]
         if not of:
             raise Aborted(Reason.NOT_PERSISTING, f"{place.label} is not there from above")
         free = self.choose(of[0], place.place_m)
@@ -476,7 +468,7 @@ class Flight:
         """Down over a place; it, or one beside it where it is none from low. Raises Aborted where there is none."""
         assert self.regions is not None
         first = place
-        for _ in range(TRIES + 1):
+        for _ in range(tries.TRIES + 1):
             yield from self.descent.down(place.place_m)
             yield from steps.pause(self.onboard, SOON_S)
             other = self._see_once_more(place)

@@ -3,6 +3,7 @@
 import pytest
 from shapely import Point, box
 
+from sitl_emu.gcs.telemetry import Wind
 from sitl_emu.missions.disaster import places
 from tests.unit.disaster_sky import Sky
 
@@ -64,6 +65,26 @@ def test_what_may_be_a_place_is_looked_at_from_above_before_the_parcel_is_taken_
     assert len(flown.parcels) == 1 and flown.outcomes == {1: "success"}
     (confirmed,) = (event for _, _, event in sky.events if event.kind == "target_confirmed")
     assert "frame_time_us" not in confirmed.data, "no picture of another place"
+
+
+def test_in_a_wind_that_ended_a_delivery_none_is_begun_until_it_has_dropped() -> None:
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+    telemetry = sky.companions[1].flight.onboard.telemetry
+    telemetry.wind = Wind(13.0, 0.0)
+    lines, begun = list[int](), list[int]()
+
+    def blows(sky: Sky) -> bool:
+        kinds = [event.kind for _, _, event in sky.events]
+        if not lines and sky.flown().aborts:
+            telemetry.wind = Wind(11.5, 0.0)
+            lines.append(kinds.count("line_scanned"))
+        if lines and not begun and kinds.count("line_scanned") > lines[0]:
+            telemetry.wind = Wind(10.0, 0.0)
+            begun.append(kinds.count("target_confirmed"))
+        return bool(sky.parcels)
+
+    assert sky.fly(400.0, then=blows)
+    assert begun == [1] and sky.flown().aborts == [(1, "wind")] and len(sky.parcels) == 1
 
 
 def test_where_nothing_is_found_that_is_a_success() -> None:
