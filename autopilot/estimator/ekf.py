@@ -7,7 +7,6 @@ resets.py. Numbers are PX4's unless said otherwise.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -18,8 +17,8 @@ from sitl_emu.autopilot.estimator.bias_estimator import BiasEstimator
 from sitl_emu.autopilot.estimator.flags import ControlStatus, FaultStatus
 from sitl_emu.autopilot.estimator.imu_down_sampler import ImuDownSampler
 from sitl_emu.autopilot.estimator.output_predictor import OutputPredictor
-from sitl_emu.autopilot.estimator.samples import ImuSample
-from sitl_emu.autopilot.estimator.state import LARGEST_VELOCITY_M_S, State
+from sitl_emu.autopilot.estimator.samples import SENSOR_POSITION, ImuSample
+from sitl_emu.autopilot.estimator.state import LARGEST_VELOCITY_M_S, Resets, State, shortest_turn_to_level
 from sitl_emu.autopilot.topics import NAN, Quaternion, Vector3
 from sitl_emu.core.geodesy import MapProjection
 
@@ -35,13 +34,6 @@ GRAVITY_VECTOR: Final = 4
 SENSOR_WEIGHT: Final = 0.1
 """Of a new sample in PX4's sensor low-passes: 0.01 s over 0.01 + 0.09 s, whatever the sample's interval."""
 ALIGNED_WITH_GRAVITY: Final = 0.966
-POSITION = {
-    "IMU": ("EKF2_IMU_POS_X", "EKF2_IMU_POS_Y", "EKF2_IMU_POS_Z"),
-    "RNG": ("EKF2_RNG_POS_X", "EKF2_RNG_POS_Y", "EKF2_RNG_POS_Z"),
-    "OF": ("EKF2_OF_POS_X", "EKF2_OF_POS_Y", "EKF2_OF_POS_Z"),
-    "EV": ("EKF2_EV_POS_X", "EKF2_EV_POS_Y", "EKF2_EV_POS_Z"),
-}
-"""Parameters that say where a sensor sits in the body, in metres: IMU, range finder, flow camera, vision."""
 COVARIANCE_STEPS: Final = 8
 """The covariance is predicted after so many steps, of 8 ms (ours; PX4 predicts at each), and when the state is set."""
 OPTIMAL_WITHIN: Final = 1e-6
@@ -54,24 +46,6 @@ RANGE: Final = 2
 EV: Final = 3
 UNKNOWN: Final = 4
 """EKF2_HGT_REF."""
-
-
-@dataclass(slots=True)
-class Resets:
-    """How often each part of the state jumped, and by how much it did last (NED; metres and m/s)."""
-
-    vel_ne: int = 0
-    vel_d: int = 0
-    pos_ne: int = 0
-    pos_d: int = 0
-    quat: int = 0
-    hagl: int = 0
-    vel_ne_change: tuple[float, float] = (0.0, 0.0)
-    vel_d_change: float = 0.0
-    pos_ne_change: tuple[float, float] = (0.0, 0.0)
-    pos_d_change: float = 0.0
-    quat_change: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    hagl_change: float = 0.0
 
 
 class Ekf:
@@ -87,7 +61,7 @@ class Ekf:
         self._growth, self._caps = np.zeros(cov.STATES), np.zeros(cov.STATES)
         self.imu_position: Vector3 = (0.0, 0.0, 0.0)
         self.offsets: dict[str, Vector3] = {}
-        """Sensors (POSITION) as seen from the IMU, in the body's axes (m)."""
+        """Sensors (SENSOR_POSITION) as seen from the IMU, in the body's axes (m)."""
         self.refresh()
         self._correction = np.zeros(cov.STATES)
         self._corrected = False
@@ -185,7 +159,7 @@ class Ekf:
             return min(max(value[name], 0.0), 1.0) ** 2
 
         self.imu_position = x, y, z = self._position_of("IMU")
-        for sensor in POSITION:
+        for sensor in SENSOR_POSITION:
             sx, sy, sz = self._position_of(sensor)
             self.offsets[sensor] = (sx - x, sy - y, sz - z)
         gyro, accel, field = square("EKF2_GYR_NOISE"), square("EKF2_ACC_NOISE"), value["EKF2_MAG_NOISE"] ** 2
@@ -199,7 +173,7 @@ class Ekf:
 
     def _position_of(self, sensor: str) -> Vector3:
         """Where a sensor sits in the body."""
-        x, y, z = (self.settings[name] for name in POSITION[sensor])
+        x, y, z = (self.settings[name] for name in SENSOR_POSITION[sensor])
         return x, y, z
 
     def _filter_imu(self, imu: ImuSample) -> None:
@@ -225,7 +199,7 @@ class Ekf:
         if not (0.8 * 9.80665 <= gravity <= 1.2 * 9.80665 and quiet):
             return False
         self.initialised = True
-        self.state.set_attitude(_shortest_turn_to_level(accel))
+        self.state.set_attitude(shortest_turn_to_level(accel))
         self._initialise_covariance()
         self.output.align(self.state.q, (0.0, 0.0, 0.0), self._position())
         return True
@@ -477,44 +451,6 @@ class Ekf:
         """The yaw gyro's bias may be anything again."""
         cov.uncorrelate(self.p, cov.GYRO_BIAS + 2, (self.settings["EKF2_GBIAS_INIT"] ** 2,))
 
-    # --- who aids ------------------------------------------------------------------------------------------
-
-    def horizontal_position_aids(self) -> int:
-        """How many sources of horizontal position are in use."""
-        flags = self.flags
-        return flags.gnss_pos + flags.ev_pos + flags.aux_gpos
-
-    def horizontal_velocity_aids(self) -> int:
-        """How many sources of horizontal velocity are in use."""
-        flags = self.flags
-        return flags.gnss_vel + flags.opt_flow + flags.ev_vel
-
-    @property
-    def horizontal_aiding(self) -> bool:
-        """Something aids horizontally."""
-        flags = self.flags
-        vision = flags.ev_pos or flags.ev_vel
-        return flags.gnss_vel or flags.gnss_pos or flags.opt_flow or vision or flags.aux_gpos
-
-    def other_horizontal_aid(self, flag: bool) -> bool:
-        """Something aids horizontally besides the source that this flag stands for."""
-        return self.horizontal_position_aids() + self.horizontal_velocity_aids() > int(flag)
-
-    def vertical_position_aids(self) -> int:
-        """How many sources of height are in use."""
-        flags = self.flags
-        return flags.gps_hgt + flags.baro_hgt + flags.rng_hgt + flags.ev_hgt
-
-    @property
-    def vertical_velocity_aiding(self) -> bool:
-        """Something measures the vertical velocity."""
-        return self.flags.gnss_vel or self.flags.ev_vel
-
-    @property
-    def vertical_aiding(self) -> bool:
-        """Something measures height or vertical velocity."""
-        return self.vertical_position_aids() > 0 or self.vertical_velocity_aiding
-
     @property
     def north_east_aiding(self) -> bool:
         """What aids horizontally knows where north is."""
@@ -558,16 +494,3 @@ class Ekf:
 
     def _position(self) -> Vector3:
         return (self.state.pn, self.state.pe, -self.state.alt)
-
-
-def _shortest_turn_to_level(accel: Vector3) -> Quaternion:
-    """The smallest rotation that makes the measured force point up (body to NED)."""
-    norm = math.hypot(*accel)
-    x, y, z = accel[0] / norm, accel[1] / norm, accel[2] / norm
-    # from (x, y, z) to (0, 0, -1): axis is their cross product, cosine their dot product
-    w = 1.0 - z
-    if w < 1e-6:
-        return 0.0, 1.0, 0.0, 0.0  # upside down
-    q = (w, -y, x, 0.0)
-    length = math.sqrt(sum(value * value for value in q))
-    return (q[0] / length, q[1] / length, q[2] / length, 0.0)

@@ -50,7 +50,7 @@ def take_position(ekf: Ekf, place: tuple[float, float, float], accuracy_m: float
     own = (ekf.variance(cov.POSITION), ekf.variance(cov.POSITION + 1))
     ratio = sum(part * part / (GATE * GATE * (spread + variance)) for part, spread in zip(innovation, own, strict=True))
     firm = accuracy_m < FIRM_ACCURACY_M or ratio > 1.0
-    if not ekf.flags.in_air or firm or ekf.horizontal_position_aids():
+    if not ekf.flags.in_air or firm or ekf.flags.horizontal_position_aids():
         reset_horizontal_position(ekf, (north, east), (variance, variance))
         velocity = (state.vn - state.wind[0], state.ve - state.wind[1])
         reset_horizontal_velocity(ekf, velocity, (ekf.variance(cov.VELOCITY), ekf.variance(cov.VELOCITY + 1)))

@@ -64,6 +64,40 @@ class ControlStatus:
     heading_observable: bool = False
     rngbcn_fusion: bool = False
 
+    # What aids the filter (EKF/ekf_helper.cpp, height_control.cpp)
+
+    def horizontal_position_aids(self) -> int:
+        """How many sources of horizontal position are in use."""
+        return self.gnss_pos + self.ev_pos + self.aux_gpos
+
+    def horizontal_velocity_aids(self) -> int:
+        """How many sources of horizontal velocity are in use."""
+        return self.gnss_vel + self.opt_flow + self.ev_vel
+
+    @property
+    def horizontal_aiding(self) -> bool:
+        """Something aids horizontally."""
+        vision = self.ev_pos or self.ev_vel
+        return self.gnss_vel or self.gnss_pos or self.opt_flow or vision or self.aux_gpos
+
+    def other_horizontal_aid(self, flag: bool) -> bool:
+        """Something aids horizontally besides the source that this flag stands for."""
+        return self.horizontal_position_aids() + self.horizontal_velocity_aids() > int(flag)
+
+    def vertical_position_aids(self) -> int:
+        """How many sources of height are in use."""
+        return self.gps_hgt + self.baro_hgt + self.rng_hgt + self.ev_hgt
+
+    @property
+    def vertical_velocity_aiding(self) -> bool:
+        """Something measures the vertical velocity."""
+        return self.gnss_vel or self.ev_vel
+
+    @property
+    def vertical_aiding(self) -> bool:
+        """Something measures height or vertical velocity."""
+        return self.vertical_position_aids() > 0 or self.vertical_velocity_aiding
+
 
 @dataclass(slots=True)
 class FaultStatus:

@@ -103,12 +103,12 @@ class DeadReckoning:
     def _update_vertical(self) -> None:
         ekf = self._ekf
         timeout_us = ekf.settings["EKF2_NOAID_TOUT"]
-        if ekf.vertical_position_aids():
+        if ekf.flags.vertical_position_aids():
             self._position_d_us = ekf.hgt_fused_us
             ekf.vertical_position_dead_reckoning_too_long = False
         elif ekf.timed_out(self._position_d_us, timeout_us):
             ekf.vertical_position_dead_reckoning_too_long = True
-        if ekf.vertical_velocity_aiding:
+        if ekf.flags.vertical_velocity_aiding:
             self._velocity_d_us = ekf.ver_vel_fused_us
             ekf.vertical_velocity_dead_reckoning_too_long = False
         elif ekf.timed_out(self._velocity_d_us, timeout_us) and ekf.vertical_position_dead_reckoning_too_long:

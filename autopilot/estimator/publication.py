@@ -166,8 +166,8 @@ class Publication:
         """vxy_max, vz_max, hagl_min, hagl_max_z, hagl_max_xy: what sensors in use allow; infinite: anything."""
         ekf, flags = self._ekf, self._ekf.flags
         unlimited = (math.inf,) * 5
-        relies_on_range = flags.rng_hgt and ekf.vertical_position_aids() == 1
-        relies_on_flow = flags.opt_flow and not ekf.other_horizontal_aid(True)
+        relies_on_range = flags.rng_hgt and ekf.flags.vertical_position_aids() == 1
+        relies_on_flow = flags.opt_flow and not ekf.flags.other_horizontal_aid(True)
         if not relies_on_range and not relies_on_flow:
             return unlimited
         range_min, range_max = self._fusion.range.sensor.limits_m

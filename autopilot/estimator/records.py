@@ -357,7 +357,7 @@ def _velocity_ratios(fusion: Fusion) -> tuple[float, float]:
     if flags.ev_vel:
         aid = fusion.vision.vel.aid
         xy, z = max(xy, aid.largest_ratio(2)), max(z, abs(aid.test_ratio_filtered[2]))
-    if flags.opt_flow and not fusion.ekf.other_horizontal_aid(True):
+    if flags.opt_flow and not fusion.ekf.flags.other_horizontal_aid(True):
         xy = max(xy, fusion.flow.aid.largest_ratio())
     return _root(xy), _root(z)
 
@@ -419,10 +419,10 @@ def _solution(fusion: Fusion) -> int:
         (VELOCITY_HORIZ | POS_HORIZ_REL, horizontal),
         (VELOCITY_VERT, vertical),
         (POS_HORIZ_ABS, horizontal and ekf.origin is not None),
-        (POS_VERT_ABS, ekf.vertical_aiding),
+        (POS_VERT_ABS, ekf.flags.vertical_aiding),
         (POS_VERT_AGL, ekf.hagl_valid),
         (CONST_POS_MODE, flags.fake_pos or flags.valid_fake_pos or flags.vehicle_at_rest),
-        (PRED_POS_HORIZ_REL, ekf.horizontal_aiding),
+        (PRED_POS_HORIZ_REL, ekf.flags.horizontal_aiding),
         (PRED_POS_HORIZ_ABS, flags.gnss_pos or flags.aux_gpos),
         (GPS_GLITCH, glitch),
         (ACCEL_ERROR, ekf.faults.bad_acc_vertical or ekf.faults.bad_acc_clipping),

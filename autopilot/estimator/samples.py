@@ -11,6 +11,13 @@ from sitl_emu.autopilot.topics import NAN, NAN3, Quaternion, Vector3
 
 OLDEST_US: Final = 100_000
 """A sample that lies further behind the horizon than this is of no use any more."""
+SENSOR_POSITION = {
+    "IMU": ("EKF2_IMU_POS_X", "EKF2_IMU_POS_Y", "EKF2_IMU_POS_Z"),
+    "RNG": ("EKF2_RNG_POS_X", "EKF2_RNG_POS_Y", "EKF2_RNG_POS_Z"),
+    "OF": ("EKF2_OF_POS_X", "EKF2_OF_POS_Y", "EKF2_OF_POS_Z"),
+    "EV": ("EKF2_EV_POS_X", "EKF2_EV_POS_Y", "EKF2_EV_POS_Z"),
+}
+"""Parameters that say where a sensor sits in the body, in metres: IMU, range finder, flow camera, vision."""
 
 
 class ImuSample(NamedTuple):

@@ -8,6 +8,7 @@ world.
 """
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 from sitl_emu.autopilot.estimator.samples import ImuSample
@@ -156,3 +157,34 @@ def _limited(x: float, y: float, z: float, limit: float) -> Vector3:
     if -limit <= x <= limit and -limit <= y <= limit and -limit <= z <= limit:
         return x, y, z
     return min(max(x, -limit), limit), min(max(y, -limit), limit), min(max(z, -limit), limit)
+
+
+@dataclass(slots=True)
+class Resets:
+    """How often each part of the state jumped, and by how much it did last (NED; metres and m/s)."""
+
+    vel_ne: int = 0
+    vel_d: int = 0
+    pos_ne: int = 0
+    pos_d: int = 0
+    quat: int = 0
+    hagl: int = 0
+    vel_ne_change: tuple[float, float] = (0.0, 0.0)
+    vel_d_change: float = 0.0
+    pos_ne_change: tuple[float, float] = (0.0, 0.0)
+    pos_d_change: float = 0.0
+    quat_change: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    hagl_change: float = 0.0
+
+
+def shortest_turn_to_level(accel: Vector3) -> Quaternion:
+    """The smallest rotation that makes the measured force point up (body to NED)."""
+    norm = math.hypot(*accel)
+    x, y, z = accel[0] / norm, accel[1] / norm, accel[2] / norm
+    # from (x, y, z) to (0, 0, -1): axis is their cross product, cosine their dot product
+    w = 1.0 - z
+    if w < 1e-6:
+        return 0.0, 1.0, 0.0, 0.0  # upside down
+    q = (w, -y, x, 0.0)
+    length = math.sqrt(sum(value * value for value in q))
+    return (q[0] / length, q[1] / length, q[2] / length, 0.0)

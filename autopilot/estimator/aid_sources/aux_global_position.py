@@ -110,8 +110,8 @@ class AuxSource:
     def _reset_allowed(self) -> bool:
         ekf, flags = self._ekf, self._ekf.flags
         if int(self._value("MODE")) == DEAD_RECKONING:
-            return not ekf.other_horizontal_aid(flags.aux_gpos)
-        return ekf.horizontal_position_aids() <= int(flags.aux_gpos)
+            return not ekf.flags.other_horizontal_aid(flags.aux_gpos)
+        return ekf.flags.horizontal_position_aids() <= int(flags.aux_gpos)
 
     def _reset(self, sample: AuxiliarySample) -> None:
         reset_to_place(self._ekf, sample.lat, sample.lon, self.aid.observation_variance[0])

@@ -109,7 +109,7 @@ class BaroHeight:
             reset_altitude(ekf, self._mean_m - bias.bias, variance)
             bias.bias = self._mean_m - ekf.state.alt
             aid.reset(ekf.time_us)
-            if not ekf.vertical_velocity_aiding:
+            if not ekf.flags.vertical_velocity_aiding:
                 reset_vertical_velocity_to_zero(ekf)
         elif ekf.timed_out(aid.time_last_fuse, HEIGHT_FUSION_TIMEOUT_US):
             self.stop()

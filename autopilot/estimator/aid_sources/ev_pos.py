@@ -51,7 +51,7 @@ class VisionPosition:
         if valid and self._bias_active and not was_active:
             if good:
                 self._set_bias(measured)
-            elif ekf.other_horizontal_aid(flags.ev_pos):
+            elif ekf.flags.other_horizontal_aid(flags.ev_pos):
                 flags.ev_pos = False
         north, east = ekf.ev_pos_bias
         position = (measured[0] - north.bias, measured[1] - east.bias)

@@ -85,7 +85,7 @@ class VisionVelocity:
 
     def _continue(self, time_us: int, gate: float, *, jumped: bool, realigned: bool, good: bool) -> None:
         ekf, flags, aid = self._ekf, self._ekf.flags, self.aid
-        if (jumped and not ekf.other_horizontal_aid(flags.ev_vel)) or realigned:
+        if (jumped and not ekf.flags.other_horizontal_aid(flags.ev_vel)) or realigned:
             if not good:
                 flags.ev_vel = False
                 return
@@ -107,7 +107,7 @@ class VisionVelocity:
 
     def _start(self, time_us: int, gate: float, *, realigned: bool) -> None:
         ekf, flags = self._ekf, self._ekf.flags
-        if not ekf.horizontal_aiding or realigned:
+        if not ekf.flags.horizontal_aiding or realigned:
             self._reset()
             flags.ev_vel = True
         else:

@@ -26,7 +26,7 @@ class FakeHeight:
     def control(self) -> None:
         """One step of the filter."""
         ekf, flags, aid = self._ekf, self._ekf.flags, self.aid
-        if ekf.vertical_aiding:
+        if ekf.flags.vertical_aiding:
             flags.fake_hgt = False
             return
         if not ekf.timed_out(aid.time_last_fuse, EVERY_US):

@@ -34,7 +34,7 @@ class FakePosition:
     def control(self) -> None:
         """One step of the filter."""
         ekf, flags, aid = self._ekf, self._ekf.flags, self.aid
-        if ekf.horizontal_aiding:
+        if ekf.flags.horizontal_aiding:
             flags.fake_pos = flags.valid_fake_pos = False
             return
         if not ekf.timed_out(aid.time_last_fuse, EVERY_US):

@@ -123,7 +123,7 @@ class Gnss:
         ekf, aid = self._ekf, self.pos
         state, value = ekf.state, ekf.settings
         noise = max(sample.hacc, value["EKF2_GPS_P_NOISE"])
-        if not ekf.other_horizontal_aid(ekf.flags.gnss_pos):
+        if not ekf.flags.other_horizontal_aid(ekf.flags.gnss_pos):
             # Nothing else holds the attitude: the receiver has to, however poor it is.
             noise = min(noise, value["EKF2_NOAID_NOISE"])
         variance = max(noise, LEAST_NOISE) ** 2
@@ -178,8 +178,8 @@ class Gnss:
         if flags.gnss_fault:
             return False
         if int(ekf.settings["EKF2_GPS_MODE"]) == DEAD_RECKONING:
-            return not ekf.other_horizontal_aid(flags.gnss_vel)
-        return flags.wind_dead_reckoning or ekf.horizontal_velocity_aids() <= int(flags.gnss_vel)
+            return not ekf.flags.other_horizontal_aid(flags.gnss_vel)
+        return flags.wind_dead_reckoning or ekf.flags.horizontal_velocity_aids() <= int(flags.gnss_vel)
 
     def _reset_velocity(self) -> None:
         ekf, aid = self._ekf, self.vel
@@ -236,8 +236,8 @@ class Gnss:
         if flags.gnss_fault:
             return False
         if int(ekf.settings["EKF2_GPS_MODE"]) == DEAD_RECKONING:
-            return not ekf.other_horizontal_aid(flags.gnss_pos)
-        return ekf.horizontal_position_aids() <= int(flags.gnss_pos)
+            return not ekf.flags.other_horizontal_aid(flags.gnss_pos)
+        return ekf.flags.horizontal_position_aids() <= int(flags.gnss_pos)
 
     def _reset_position(self) -> None:
         ekf, aid = self._ekf, self.pos

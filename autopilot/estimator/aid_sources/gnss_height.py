@@ -48,7 +48,7 @@ class GnssHeight:
             bias.predict(BIAS_NOISE_M_SQRT_S, (ekf.time_us - self._predicted_us) * 1e-6)
         self._predicted_us = ekf.time_us
         noise = max(sample.vacc, NOISE_FACTOR * value["EKF2_GPS_P_NOISE"])
-        if not (flags.gps_hgt and ekf.vertical_position_aids() == 1):
+        if not (flags.gps_hgt and ekf.flags.vertical_position_aids() == 1):
             noise = min(noise, value["EKF2_NOAID_NOISE"])
         variance = noise * noise
         _, _, offset = ekf.state.to_earth(*self._gnss.offset(sample))
@@ -123,7 +123,7 @@ class GnssHeight:
 
     def _reset_allowed(self) -> bool:
         ekf = self._ekf
-        others = ekf.vertical_position_aids() > int(ekf.flags.gps_hgt)
+        others = ekf.flags.vertical_position_aids() > int(ekf.flags.gps_hgt)
         dead_reckoning = int(ekf.settings["EKF2_GPS_MODE"]) == DEAD_RECKONING
         return not (dead_reckoning and others) or not math.isfinite(ekf.origin_alt)
 

@@ -35,7 +35,7 @@ class Gravity:
         flags.gravity_vector = (
             bool(int(ekf.settings["EKF2_IMU_CTRL"]) & GRAVITY_VECTOR)
             and (quiet or flags.vehicle_at_rest)
-            and not ekf.horizontal_aiding
+            and not ekf.flags.horizontal_aiding
             and flags.tilt_align
         )
         if flags.gravity_vector or imu.time_us >= self.aid.timestamp_sample + NOT_FUSED_EVERY_US:

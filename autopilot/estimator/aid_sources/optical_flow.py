@@ -84,7 +84,7 @@ class OpticalFlow:
             else:
                 self.stop()
         elif usable and good and level and self._count > SAMPLES_BEFORE_USE:
-            known = ekf.hagl_valid or ekf.horizontal_aiding
+            known = ekf.hagl_valid or ekf.flags.horizontal_aiding
             if known and ekf.timed_out(self.aid.time_last_fuse, RESTART_AFTER_US):
                 self._start(gyro, variance)
         ekf.apply()
@@ -168,7 +168,7 @@ class OpticalFlow:
             self._fuse(gyro)
         if not ekf.timed_out(self.aid.time_last_fuse, NO_AID_TIMEOUT_US):
             return
-        needed = flags.in_air and (flags.inertial_dead_reckoning or not ekf.other_horizontal_aid(flags.opt_flow))
+        needed = flags.in_air and (flags.inertial_dead_reckoning or not ekf.flags.other_horizontal_aid(flags.opt_flow))
         if needed and good:
             self._reset_velocity(variance)
             if flags.opt_flow_terrain and not ekf.terrain_valid:
@@ -179,7 +179,7 @@ class OpticalFlow:
     def _start(self, gyro: Vector3, variance: float) -> None:
         ekf, flags = self._ekf, self._ekf.flags
         flags.opt_flow_terrain = ekf.height_reference != RANGE
-        if ekf.horizontal_aiding:
+        if ekf.flags.horizontal_aiding:
             if self._fuse(gyro):
                 flags.opt_flow = True
             elif flags.opt_flow_terrain and not flags.rng_terrain:
@@ -231,7 +231,7 @@ class OpticalFlow:
         ekf, state = self._ekf, self._ekf.state
         clearance = ekf.settings["EKF2_MIN_RNG"]
         distance = clearance
-        if ekf.other_horizontal_aid(ekf.flags.opt_flow):
+        if ekf.flags.other_horizontal_aid(ekf.flags.opt_flow):
             n, e, _ = state.to_earth(-self._rate_mean[1], self._rate_mean[0], 0.0)
             if math.hypot(n, e) > 1e-6:
                 distance = max(math.hypot(state.vn, state.ve) / math.hypot(n, e), clearance)

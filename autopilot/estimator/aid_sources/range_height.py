@@ -153,7 +153,7 @@ class RangeHeight:
         highest, fastest, stable = value["EKF2_RNG_A_HMAX"], value["EKF2_RNG_A_VMAX"], ratio < 1.0
         if not ekf.flags.rng_hgt:
             highest, fastest, stable = BEGIN_SHARE * highest, BEGIN_SHARE * fastest, ratio < BEGIN_TEST_RATIO
-        slow = not ekf.horizontal_aiding or math.hypot(ekf.state.vn, ekf.state.ve) <= fastest
+        slow = not ekf.flags.horizontal_aiding or math.hypot(ekf.state.vn, ekf.state.ve) <= fastest
         return ekf.hagl_m < highest and stable and slow
 
     def stop_height(self) -> None:
@@ -180,7 +180,7 @@ class RangeHeight:
             ekf.events.add("reset_hgt_to_rng")
             reset_altitude(ekf, aid.observation[0] - ekf.state.terrain, NAN)
             aid.reset(ekf.time_us)
-            if not ekf.vertical_velocity_aiding:
+            if not ekf.flags.vertical_velocity_aiding:
                 reset_vertical_velocity_to_zero(ekf)
         elif failing:
             if flags.opt_flow_terrain and ekf.terrain_valid:

@@ -30,7 +30,7 @@ class ZeroVelocity:
         ekf, flags = self._ekf, self._ekf.flags
         if self.fused_us + EVERY_US >= time_us or not (flags.vehicle_at_rest and ekf.was_at_rest):
             return
-        if ekf.vertical_velocity_aiding and flags.tilt_align:
+        if ekf.flags.vertical_velocity_aiding and flags.tilt_align:
             return
         variance = NOISE_M_S**2 if flags.tilt_align else LEVELLING_NOISE_M_S**2
         state = ekf.state
