@@ -3,7 +3,8 @@
 PX4's Loiter (src/modules/navigator/loiter.cpp, v1.18), and what Navigator::run does with repositions. On the ground the
 setpoint stays what it is: none, or that of a takeoff that HOLD has ended too early, which goes on so. A reposition is
 worked out when it is commanded, by the setpoint of the mode that is flown then, and counts for half a second: one that
-is not flown by then, because HOLD was refused, is not flown later.
+is not flown by then, because HOLD was refused, is not flown later. With NAV_LTR_LAST_DL a failsafe's HOLD without a
+ground station goes back to where one was heard last.
 """
 
 import math
@@ -17,6 +18,8 @@ from sitl_emu.core.geodesy import distance_m
 
 REPOSITION_US = 500_000
 """Loiter::on_active, how old a reposition may be."""
+LINK_TIMEOUT_US = 2_500_000
+"""telemetry_status.HEARTBEAT_TIMEOUT_US: so long after its last heartbeat a ground station still counts as heard."""
 OUTSIDE = "navigator_reposition_outside_geofence"
 ALTITUDE_OUTSIDE = "navigator_change_altitude_outside_geofence"
 
@@ -29,6 +32,9 @@ class Loiter:
         self._geofence = geofence
         self._asked: PositionSetpoint | None = None
         """Where to go; its timestamp says since when."""
+        self._last_link = (math.nan, math.nan, math.nan, math.nan)
+        """Where a ground station was heard last: lat_deg, lon_deg, altitude AMSL, heading; NaN: never."""
+        self._goes_to_last_link = False
 
     # --- from outside ---------------------------------------------------------------------------------------
 
@@ -95,10 +101,19 @@ class Loiter:
         setpoint = state.setpoint(SetpointType.LOITER, *place, yaw_rad, state.acceptance_radius_m())
         self._asked = setpoint._replace(cruising_speed=speed_m_s, loiter_radius=radius_m, alt_acceptance_radius=0.0)
 
+    def note_ground_station(self) -> None:
+        """Every cycle, whatever is flown: remember where a ground station was heard (Navigator::run)."""
+        state = self._state
+        heard_us = state.topics.gcs_heartbeats.gcs_us
+        if heard_us > 0 and state.now_us - heard_us <= LINK_TIMEOUT_US:
+            position = state.position
+            self._last_link = (position.lat, position.lon, position.alt, state.topics.vehicle_local_position.heading)
+
     # --- as a mode ------------------------------------------------------------------------------------------
 
     def on_activation(self) -> None:
         """Enter HOLD."""
+        self._goes_to_last_link = False
         if not self._go_where_asked():
             self._stay()
         self._state.cruising_speed_m_s = -1.0
@@ -106,6 +121,15 @@ class Loiter:
     def on_active(self) -> None:
         """Every cycle in HOLD."""
         self._go_where_asked()
+        if not self._wants_last_link():
+            self._goes_to_last_link = False
+        elif not self._goes_to_last_link:
+            self._goes_to_last_link = True
+            self._stay()
+
+    def _wants_last_link(self) -> bool:
+        status = self._state.topics.vehicle_status
+        return self._state.settings.nav_ltr_last_dl and status.failsafe and status.gcs_connection_lost
 
     def _go_where_asked(self) -> bool:
         state, asked = self._state, self._asked
@@ -123,11 +147,23 @@ class Loiter:
         state, current = self._state, self._state.triplet.current
         if state.landed:
             state.fly(current)
+        elif self._wants_last_link():
+            state.fly(self._at_last_link())
         elif self._holds_already(current):
             state.fly(hold_at(state, current))
         else:
             place, radius_m = (*state.stop_point(), state.loiter_alt_m()), state.acceptance_radius_m()
             state.fly(state.setpoint(SetpointType.LOITER, *place, acceptance_radius_m=radius_m))
+
+    def _at_last_link(self) -> PositionSetpoint:
+        """MissionBlock::setLoiterFromLastLink."""
+        state, position = self._state, self._state.position
+        here = position.lat, position.lon, position.alt
+        lat, lon, alt_m = (
+            last if math.isfinite(last) else now for last, now in zip(self._last_link[:3], here, strict=True)
+        )
+        radius_m = state.acceptance_radius_m()
+        return state.setpoint(SetpointType.LOITER, lat, lon, alt_m, self._last_link[3], radius_m)
 
     def _holds_already(self, current: PositionSetpoint) -> bool:
         """Whether the vehicle is within the circle that a fixed wing would fly around a setpoint of HOLD."""

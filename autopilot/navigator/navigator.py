@@ -150,6 +150,7 @@ class Navigator:
             self._version = self._parameters.version
             state.settings = settings_of(self._parameters)
         self._mission.take_plan()
+        self._loiter.note_ground_station()
         if self._geofence.update() and state.settings.gf_action == ACTION_HOLD:
             self._loiter.hold_here()
         self._take_commands()

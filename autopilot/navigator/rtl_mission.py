@@ -238,7 +238,7 @@ class RtlMission:
         item = self._mission.items[self._seq]
         self._mission.tell_progress()
         if self._climbs:
-            self._climb()
+            self._climb(item)
         elif item.command not in WITH_POSITION:
             self._begin(target_of(item, self._state.home_alt_m()), Work.DEFAULT)
             self._mission.commands.issue(item)
@@ -249,11 +249,18 @@ class RtlMission:
         else:
             self._pass(item, self._following())
 
-    def _climb(self) -> None:
+    def _climb(self, item: MissionItem) -> None:
+        """Straight up, with the heading of the item that is current.
+
+        PX4 changes that item and leaves its yaw, which shares its place with the fourth parameter of items without a
+        place (mission_item_s): DO_LAND_START's zero is north.
+        """
         state, self._climbs = self._state, False
         position, alt_m = state.position, math.ceil(self._return_alt_m)
         state.say(Severity.INFO, f"RTL Mission land: climb to {alt_m} m\t", "rtl_mission_land_climb", alt_m)
-        up = Target(WAYPOINT, position.lat, position.lon, self._return_alt_m)
+        is_place = item.command in WITH_POSITION
+        yaw_rad = target_of(item, state.home_alt_m()).yaw_rad if is_place else item.param4
+        up = Target(WAYPOINT, position.lat, position.lon, self._return_alt_m, yaw_rad)
         self._begin(up, Work.CLIMB)
         tell_item(state, self._seq, up)
         state.fly(setpoint_of(state, up), previous=state.triplet.previous, following=state.triplet.next)

@@ -33,6 +33,7 @@ class Settings(NamedTuple):
     nav_loiter_rad_m: float
     nav_min_ltr_alt_m: float
     nav_min_gnd_dist_m: float
+    nav_ltr_last_dl: bool
     nav_traff_avoid: int
     nav_traff_a_hor_m: float
     nav_traff_a_ver_m: float
@@ -79,6 +80,7 @@ def settings_of(parameters: Parameters) -> Settings:
         nav_loiter_rad_m=float(parameters["NAV_LOITER_RAD"]),
         nav_min_ltr_alt_m=float(parameters["NAV_MIN_LTR_ALT"]),
         nav_min_gnd_dist_m=float(parameters["NAV_MIN_GND_DIST"]),
+        nav_ltr_last_dl=bool(parameters["NAV_LTR_LAST_DL"]),
         nav_traff_avoid=int(parameters["NAV_TRAFF_AVOID"]),
         nav_traff_a_hor_m=float(parameters["NAV_TRAFF_A_HOR"]),
         nav_traff_a_ver_m=float(parameters["NAV_TRAFF_A_VER"]),

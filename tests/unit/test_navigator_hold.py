@@ -133,6 +133,33 @@ def test_it_holds_no_lower_than_nav_min_ltr_alt_in_whole_metres(least_m: float, 
     assert current(vehicle).alt - vehicle.topics.home_position.alt == pytest.approx(held_m, abs=0.2)
 
 
+# --- without a ground station -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("goes_back", "there_m"), [(1, 12.5), (0, 280.0)])
+def test_a_failsafes_hold_goes_back_to_where_a_ground_station_was_heard(goes_back: int, there_m: float) -> None:
+    """NAV_LTR_LAST_DL; a link tells of its station for 2.5 s more. Here HOLD is flown already."""
+    vehicle = flying(NAV_LTR_LAST_DL=goes_back, NAV_DLL_ACT=1, COM_DL_LOSS_T=5, COM_FAIL_ACT_T=1.0)
+    vehicle.reposition(300.0, 0.0, 20.0)
+    vehicle.run(4.0)
+    vehicle.gcs = False
+    heard_north = vehicle.north
+    vehicle.run(14.0)
+    assert (vehicle.mode, vehicle.topics.vehicle_status.failsafe) == (NavState.AUTO_LOITER, True)
+    north_m = PLACE.project(current(vehicle).lat, current(vehicle).lon)[0]
+    assert north_m - heard_north == pytest.approx(there_m, abs=1.0)
+
+
+def test_a_mission_without_a_ground_station_goes_back_in_hold() -> None:
+    vehicle = on_a_mission(item(WAYPOINT, 200, 0, 20), NAV_LTR_LAST_DL=1, NAV_DLL_ACT=1, COM_DL_LOSS_T=5)
+    vehicle.gcs = False
+    heard_north = vehicle.north
+    vehicle.run(14.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+    north_m = PLACE.project(current(vehicle).lat, current(vehicle).lon)[0]
+    assert north_m - heard_north == pytest.approx(12.5, abs=1.0)
+
+
 # --- repositions ------------------------------------------------------------------------------------------------
 
 
