@@ -191,6 +191,22 @@ def test_it_climbs_first_where_it_is_lower() -> None:
     assert texts[:2] == ["Executing Mission", f"RTL Mission land: climb to {math.ceil(HOME_ALT + 20.0)} m"]
 
 
+def test_it_climbs_with_the_heading_of_the_item_that_begins_the_landing() -> None:
+    """RtlDirectMissionLand::setActiveMissionItems leaves the item's yaw, DO_LAND_START's fourth parameter."""
+    north = item(LAND_START, 0, 0, 0, 0.0, 0.0, 0.0, 0.0)
+    vehicle = flying(*PATTERN[:3], north, *PATTERN[4:], RTL_TYPE=1, RTL_RETURN_ALT=20.0)
+    run_until_reached(vehicle, 1)
+    vehicle.turned = 1.0
+    assert vehicle.set_mode(4, 5) == 0
+    vehicle.run(15.0)
+    assert vehicle.topics.position_setpoint_triplet.current.yaw == 0.0
+    assert vehicle.up == pytest.approx(20.0, abs=0.1)
+    vehicle.turned = 0.0
+    vehicle.run(0.2)
+    assert math.isnan(vehicle.topics.position_setpoint_triplet.current.yaw)
+    assert vehicle.topics.mission_result.seq_current == 4
+
+
 def test_a_mission_on_its_landing_pattern_goes_on_with_it() -> None:
     """MISSION flies on under RTL (Navigator::run), and is not begun anew by going back to MISSION."""
     vehicle = flying(*PATTERN)
