@@ -16,6 +16,7 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.navigator.mission import Mission
 from sitl_emu.autopilot.navigator.mission_block import RALLY_FRAMES, RELATIVE_FRAMES, target_of
 from sitl_emu.autopilot.navigator.mission_legs import landing_of
+from sitl_emu.autopilot.navigator.payload import Payload
 from sitl_emu.autopilot.navigator.rtl_direct import Destination, RtlDirect
 from sitl_emu.autopilot.navigator.rtl_mission import RtlMission, RtlType
 from sitl_emu.autopilot.navigator.state import NavigatorState
@@ -38,11 +39,11 @@ HOME_OR_RALLY, NEVER_HOME, FOLLOW_MISSION, NEAREST, SHORTER_WAY, RALLY_ALONE = r
 class Rtl:
     """AUTO_RTL."""
 
-    def __init__(self, state: NavigatorState, mission: Mission) -> None:
+    def __init__(self, state: NavigatorState, mission: Mission, payload: Payload) -> None:
         self._state = state
         self._mission = mission
         self._direct = RtlDirect(state)
-        self._along = RtlMission(state, mission)
+        self._along = RtlMission(state, mission, payload)
         self._kind: RtlType | None = None
         self._flown_seq: int | None = None
         self._checked_us: int | None = None
@@ -51,6 +52,7 @@ class Rtl:
     def on_inactive(self) -> None:
         """Every cycle of another mode, or of none: every two seconds, where a return would go and how long it takes."""
         state = self._state
+        self._along.on_inactive()
         in_mission = state.topics.vehicle_status.nav_state is NavState.AUTO_MISSION
         self._flown_seq = state.dataman.current_seq if in_mission else None
         is_due = self._is_due()

@@ -38,6 +38,7 @@ from sitl_emu.autopilot.navigator.mission_legs import (
     stay,
     tell_finished,
 )
+from sitl_emu.autopilot.navigator.payload import Payload
 from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
 from sitl_emu.autopilot.navigator.rtl_time import along_s, vertical_s
 from sitl_emu.autopilot.navigator.state import NavigatorState
@@ -62,9 +63,11 @@ class RtlType(IntEnum):
 class RtlMission:
     """AUTO_RTL along the mission."""
 
-    def __init__(self, state: NavigatorState, mission: Mission) -> None:
+    def __init__(self, state: NavigatorState, mission: Mission, payload: Payload) -> None:
         self._state = state
         self._mission = mission
+        self._payload = payload
+        self._active = False
         self._kind = RtlType.MISSION_FAST
         self._return_alt_m = math.nan
         self._climbs = self._executing = self._has_item = False
@@ -86,7 +89,7 @@ class RtlMission:
 
     def on_activation(self, flown_seq: int | None) -> None:
         """Begin. `flown_seq`: the item that MISSION was flying; None where another mode was flown."""
-        state = self._state
+        state, self._active = self._state, True
         self._work, self._executing = Work.DEFAULT, False
         self._climbs = self._kind is RtlType.DIRECT_MISSION_LAND and state.position.alt < self._return_alt_m
         first = self._first(flown_seq)
@@ -97,6 +100,12 @@ class RtlMission:
         self._set_item()
         state.cruising_speed_m_s = -1.0
         self._mission.replay_speed()
+
+    def on_inactive(self) -> None:
+        """It is left: what a mission leaves is put in order (MissionBase::on_inactivation)."""
+        if self._active:
+            self._active = False
+            self._payload.leave_mission()
 
     def on_active(self) -> None:
         """Every cycle of the return."""

@@ -15,6 +15,7 @@ from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
 TAKEOFF, WAYPOINT, LAND = mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LAND
 LOITER_TIME, LOITER_TO_ALT = mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TO_ALT
 LAND_START, JUMP, SPEED = mavlink.MAV_CMD_DO_LAND_START, mavlink.MAV_CMD_DO_JUMP, mavlink.MAV_CMD_DO_CHANGE_SPEED
+TRIGGER = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
 DIRECT, MISSION_LAND, FOLLOW, REVERSE = 1, 2, 3, 4
 """rtl_status.rtl_type."""
 WITH_LANDING = (
@@ -259,6 +260,20 @@ def test_a_ground_station_may_choose_the_item_on_the_way() -> None:
     vehicle.run_until_disarmed()
     assert vehicle.reached == [-1, 4]
     assert place(vehicle) == (-40, 60)
+
+
+@pytest.mark.parametrize(("rtl_type", "pauses"), [(2, 1), (0, 0)])
+def test_a_return_along_the_mission_that_is_left_pauses_the_camera(rtl_type: int, pauses: int) -> None:
+    """MissionBase::on_inactivation, as of a mission."""
+    vehicle = flying(*WITH_LANDING, RTL_TYPE=rtl_type)
+    run_until_reached(vehicle, 1)
+    assert vehicle.set_mode(4, 5) == 0
+    vehicle.run(1.0)
+    number = vehicle.topics.navigator_commands[-1].number
+    assert vehicle.set_mode(4, 3) == 0
+    vehicle.run(0.2)
+    given = [record.command for record in vehicle.topics.navigator_commands if record.number > number]
+    assert sum(command.command == TRIGGER and command.param1 == -1.0 for command in given) == pauses
 
 
 def test_without_a_mission_it_goes_straight_home() -> None:
