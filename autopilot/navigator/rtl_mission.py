@@ -144,28 +144,30 @@ class RtlMission:
         landing = landing_of(self._mission.items)
         if self._kind is not RtlType.DIRECT_MISSION_LAND or landing is None:
             return math.nan
-        position, seconds = state.position, 0.0
+        position = state.position
+        legs_s: list[float] = []
         lat_deg, lon_deg, alt_m = position.lat, position.lon, position.alt
         climbs = self._work is Work.CLIMB if active else alt_m < self._return_alt_m
         if climbs and alt_m < self._return_alt_m:
-            seconds += vertical_s(settings, self._return_alt_m - alt_m)
+            legs_s.append(vertical_s(settings, self._return_alt_m - alt_m))
             alt_m = self._return_alt_m
         seq = self._mission.next_place(max(state.dataman.current_seq, landing.start) if active else landing.start)
         while seq is not None:
             item = self._mission.items[seq]
-            if item.command == LOITER_UNLIM:
-                return math.nan
             place = target_of(item, state.home_alt_m())
             away_m = distance_m(lat_deg, lon_deg, place.lat_deg, place.lon_deg)
-            if item.command == LOITER_TIME:
-                seconds += along_s(settings, away_m) + place.hold_s
+            if item.command == LOITER_UNLIM:
+                # PX4 forgets what it has counted, and counts on.
+                legs_s.clear()
+            elif item.command == LOITER_TIME:
+                legs_s.append(along_s(settings, away_m) + max(place.hold_s, 0.0))
             elif item.command == LOITER_TO_ALT:
-                seconds += along_s(settings, away_m) + vertical_s(settings, place.alt_m - alt_m)
+                legs_s.append(along_s(settings, away_m) + vertical_s(settings, place.alt_m - alt_m))
             else:
-                seconds += along_s(settings, away_m, place.alt_m - alt_m)
+                legs_s.append(along_s(settings, away_m, place.alt_m - alt_m))
             lat_deg, lon_deg, alt_m = place.lat_deg, place.lon_deg, place.alt_m
             seq = self._mission.next_place(seq + 1)
-        return seconds
+        return math.fsum(legs_s) if legs_s else math.nan
 
     # --- which item -------------------------------------------------------------------------------------------
 

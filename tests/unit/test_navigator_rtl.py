@@ -396,6 +396,16 @@ def test_how_long_the_landing_pattern_takes() -> None:
     assert not vehicle.topics.rtl_time_estimate.valid
 
 
+def test_how_long_a_landing_pattern_with_a_hold_takes() -> None:
+    """RtlDirectMissionLand::calc_rtl_time_estimate forgets all that comes before a LOITER_UNLIM, and counts on."""
+    hold = item(mavlink.MAV_CMD_NAV_LOITER_UNLIM, 30, 60, 10)
+    vehicle = flying(*PATTERN[:5], hold, *PATTERN[6:], RTL_TYPE=1, MPC_XY_CRUISE=5.0, RTL_RETURN_ALT=5.0)
+    run_until_reached(vehicle, 1)
+    vehicle.run(2.1)
+    assert vehicle.topics.rtl_time_estimate.valid
+    assert vehicle.topics.rtl_time_estimate.time_estimate == pytest.approx(10.0 / 1.5, abs=0.1)
+
+
 def test_a_rover_follows_its_mission_too() -> None:
     rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN, RTL_TYPE=2)
     rover.run(3.0)
