@@ -21,8 +21,6 @@ HOLD_BEGINS_US = 100_000
 """Navigator::geofence_breach_check: so long after a breach the mode may still be another than HOLD."""
 ACTION_HOLD: Final = 2
 SOURCE_GPS = 1
-NOTHING = (False, False, False)
-"""No limit is broken."""
 POLYGONS = {
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: False,
@@ -106,9 +104,14 @@ class Geofence:
         self._areas: tuple[Area, ...] = ()
         self._checked_us = 0
         self._held_since_us: int | None = None
+        self._held = False
+        """It was held for the breach that lasts (_geofence_reposition_sent)."""
 
     def update(self) -> bool:
-        """Compare the vehicle with the fence, at most every 200 ms; True when it has just broken it."""
+        """Compare the vehicle with the fence, at most every 200 ms; True when it is to hold here, once in a breach.
+
+        What is broken is told whatever GF_ACTION says, and it may become HOLD in a breach that lasts.
+        """
         state = self._state
         self._take_plan()
         self._forget_hold_that_was_left()
@@ -117,7 +120,7 @@ class Geofence:
         self._checked_us = state.now_us
         result = state.topics.geofence_result
         action, now_us = state.settings.gf_action, state.now_us
-        triggered = self._breaches(*self.place()) if action else NOTHING
+        triggered = self._breaches(*self.place())
         if self._held_since_us is not None:
             # Where it was broken is held, on the fence: nothing is taken back meanwhile.
             distance, altitude, custom = triggered
@@ -126,14 +129,15 @@ class Geofence:
                 altitude or result.max_alt_triggered,
                 custom or result.custom_fence_triggered,
             )
-        if any(triggered) and not result.breached:
-            if state.armed:
-                self._held_since_us = now_us if action == ACTION_HOLD else None
-            state.topics.geofence_result = GeofenceResult(now_us, *triggered, action, result.breach_count + 1, now_us)
-            return True
+        is_broken = any(triggered)
+        holds = is_broken and not self._held and state.armed and action == ACTION_HOLD
+        if holds:
+            self._held_since_us = now_us
+        self._held = is_broken and (self._held or holds)
         if (*triggered, action) != result[1:5]:
-            state.topics.geofence_result = GeofenceResult(now_us, *triggered, action, *result[5:])
-        return False
+            counts = (result.breach_count + 1, now_us) if is_broken and not result.breached else result[5:]
+            state.topics.geofence_result = GeofenceResult(now_us, *triggered, action, *counts)
+        return holds
 
     def forget_hold(self) -> None:
         """The pilot has chosen another place to hold at."""

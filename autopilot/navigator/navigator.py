@@ -13,7 +13,7 @@ from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.navigator.course import Course
-from sitl_emu.autopilot.navigator.geofence import ACTION_HOLD, Geofence
+from sitl_emu.autopilot.navigator.geofence import Geofence
 from sitl_emu.autopilot.navigator.land import Land
 from sitl_emu.autopilot.navigator.loiter import Loiter
 from sitl_emu.autopilot.navigator.mission import Mission
@@ -151,7 +151,7 @@ class Navigator:
             state.settings = settings_of(self._parameters)
         self._mission.take_plan()
         self._loiter.note_ground_station()
-        if self._geofence.update() and state.settings.gf_action == ACTION_HOLD:
+        if self._geofence.update():
             self._loiter.hold_here()
         self._take_commands()
         self.traffic.update()

@@ -398,6 +398,21 @@ def test_breaking_a_fence_with_hold_comes_back_to_where_it_was_broken() -> None:
     assert vehicle.north == pytest.approx(30.5, abs=0.1)
 
 
+def test_a_fence_that_is_broken_already_is_held_at_once_gf_action_says_so() -> None:
+    """Navigator::geofence_breach_check; what is broken is told without an action too."""
+    vehicle = flying(GF_ACTION=0)
+    vehicle.dataman.store(FENCE, Plan(fence(INCLUSION, SQUARE, 4)), 0)
+    vehicle.reposition(100.0, 0.0, 10.0)
+    vehicle.run(10.0)
+    assert vehicle.topics.geofence_result.breached
+    assert not vehicle.topics.failsafe_flags.geofence_breached
+    vehicle.parameters.set("GF_ACTION", 2)
+    broken_north = vehicle.north
+    vehicle.run(2.0)
+    assert vehicle.topics.vehicle_status.failsafe
+    assert vehicle.north == pytest.approx(broken_north, abs=1.5)
+
+
 def test_height_limit() -> None:
     vehicle = flying(GF_ACTION=1, GF_MAX_VER_DIST=15.0)
     vehicle.reposition(0.0, 0.0, 20.0)
