@@ -163,11 +163,17 @@ class Geofence:
         return not any(self._breaches(lat_deg, lon_deg, alt_m))
 
     def _take_plan(self) -> None:
-        """Notice a new fence. Areas that home, or the vehicle in flight, would break at once are not watched."""
-        state = self._state
-        if state.dataman.fence is self._plan:
+        """Notice a new fence. Areas that home, or the vehicle in flight, would break at once are not watched.
+
+        The same fence uploaded again is none: PX4 knows it by its id, and what it left out stays so (Geofence::run).
+        """
+        state, fence = self._state, self._state.dataman.fence
+        if fence is self._plan:
             return
-        self._plan = state.dataman.fence
+        is_same = self._plan is not None and fence.opaque_id == self._plan.opaque_id
+        self._plan = fence
+        if is_same:
+            return
         home, position = state.topics.home_position, state.position
         areas = []
         for area in areas_of(self._plan):

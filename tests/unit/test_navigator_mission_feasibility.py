@@ -55,7 +55,7 @@ def test_a_mission_has_to_lie_within_the_fence() -> None:
     vehicle = uploaded(item(TAKEOFF, 0, 0, 5), item(SPEED), item(WAYPOINT, 30, 0, 5))
     assert mission_state(vehicle) == NOT_STARTED
     circle = item(mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, 0, 0, 0, 20.0)
-    vehicle.dataman.store(FENCE, Plan((circle,)), 0)
+    vehicle.dataman.store(FENCE, Plan((circle,), 1), 0)
     vehicle.run(0.1)
     assert vehicle.take_texts() == ["Geofence violation for waypoint 3"]
     assert mission_state(vehicle) == NO_MISSION

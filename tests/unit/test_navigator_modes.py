@@ -338,7 +338,7 @@ def test_reposition_beyond_the_fence_is_refused(
     vehicle = flying(GF_ACTION=0)
     vehicle.reposition(*inside, 10.0)
     vehicle.run(10.0)
-    vehicle.dataman.store(FENCE, Plan(items), 0)
+    vehicle.dataman.store(FENCE, Plan(items, 1), 0)
     vehicle.parameters.set("GF_ACTION", 2)
     vehicle.reposition(*outside, 10.0)
     vehicle.step()
@@ -366,16 +366,54 @@ def test_a_fence_that_is_broken_at_once_is_not_watched(
     vehicle.take_texts()
     vehicle.north = north
     vehicle.step()
-    vehicle.dataman.store(FENCE, Plan(items), 0)
+    vehicle.dataman.store(FENCE, Plan(items, 1), 0)
     vehicle.run(0.3)
     texts = vehicle.take_texts()
     assert texts[:1] == ([] if text is None else [text])
     assert not vehicle.topics.geofence_result.breached
 
 
+def test_a_fence_that_was_left_out_stays_so_when_it_is_uploaded_again() -> None:
+    """Geofence::run knows it by its id; another one in between makes it new."""
+    vehicle = flying(GF_ACTION=1)
+    square = fence(INCLUSION, SQUARE, 4)
+    vehicle.north = 40.0
+    vehicle.step()
+    told = [upload_fence(vehicle, square)]
+    vehicle.north = 0.0
+    vehicle.step()
+    told += [upload_fence(vehicle, tuple(square)), upload_fence(vehicle, ()), upload_fence(vehicle, square)]
+    assert told == [["Geofence invalid, doesn't contain current vehicle position"], [], [], []]
+    vehicle.north = 40.0
+    vehicle.run(0.3)
+    assert vehicle.topics.geofence_result.breached
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_whether_a_fence_is_watched(again: bool) -> None:
+    vehicle = flying(GF_ACTION=1)
+    vehicle.north = 40.0 if again else 0.0
+    vehicle.step()
+    upload_fence(vehicle, fence(INCLUSION, SQUARE, 4))
+    vehicle.north = 0.0
+    vehicle.step()
+    upload_fence(vehicle, fence(INCLUSION, SQUARE, 4))
+    vehicle.north = 40.0
+    vehicle.run(0.3)
+    assert vehicle.topics.geofence_result.breached is not again
+
+
+def upload_fence(vehicle: FakeVehicle, items: tuple[MissionItem, ...]) -> list[str]:
+    """What is said of it."""
+    vehicle.take_texts()
+    vehicle.dataman.store(FENCE, Plan(items, len(items)), 0)
+    vehicle.run(0.3)
+    return vehicle.take_texts()
+
+
 def test_a_fence_of_before_the_start_is_watched() -> None:
     vehicle = FakeVehicle(GF_ACTION=1)
-    vehicle.dataman.store(FENCE, Plan(fence(CIRCLE_IN, [(0.0, 0.0)], 25.0)), 0)
+    vehicle.dataman.store(FENCE, Plan(fence(CIRCLE_IN, [(0.0, 0.0)], 25.0), 1), 0)
     vehicle = FakeVehicle(VehicleKind.MULTICOPTER, vehicle.dataman, GF_ACTION=1)
     vehicle.run(3.0)
     vehicle.north = 30.0
@@ -385,7 +423,7 @@ def test_a_fence_of_before_the_start_is_watched() -> None:
 
 def test_breaking_a_fence_with_hold_comes_back_to_where_it_was_broken() -> None:
     vehicle = flying(GF_ACTION=2)
-    vehicle.dataman.store(FENCE, Plan(fence(INCLUSION, SQUARE, 4)), 0)
+    vehicle.dataman.store(FENCE, Plan(fence(INCLUSION, SQUARE, 4), 1), 0)
     vehicle.run(0.2)
     vehicle.north = 30.5
     for _ in range(6):
@@ -401,7 +439,7 @@ def test_breaking_a_fence_with_hold_comes_back_to_where_it_was_broken() -> None:
 def test_a_fence_that_is_broken_already_is_held_at_once_gf_action_says_so() -> None:
     """Navigator::geofence_breach_check; what is broken is told without an action too."""
     vehicle = flying(GF_ACTION=0)
-    vehicle.dataman.store(FENCE, Plan(fence(INCLUSION, SQUARE, 4)), 0)
+    vehicle.dataman.store(FENCE, Plan(fence(INCLUSION, SQUARE, 4), 1), 0)
     vehicle.reposition(100.0, 0.0, 10.0)
     vehicle.run(10.0)
     assert vehicle.topics.geofence_result.breached
