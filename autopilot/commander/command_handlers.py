@@ -177,9 +177,9 @@ class CommandHandlers:
         return result
 
     def _change_mode_and_pass_on(self, now_us: int, mode: NavState, command: VehicleCommand) -> int:
+        """The navigator hears of a command whose mode is refused, too: PX4's modules take no notice of each other."""
         result = self.change_mode(now_us, mode)
-        if result == ACCEPTED:
-            self._pass_on(now_us, command)
+        self._pass_on(now_us, command)
         return result
 
     def _pass_on(self, now_us: int, command: VehicleCommand) -> int:

@@ -54,6 +54,21 @@ def test_takeoff_before_arming_waits_and_keeps_the_height() -> None:
     assert vehicle.up == pytest.approx(6.0, abs=0.1)
 
 
+def test_a_takeoff_that_is_refused_is_the_next_ones_height() -> None:
+    """Navigator::run takes each NAV_TAKEOFF, whatever the commander answers."""
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    vehicle.arm()
+    vehicle.gps = False
+    vehicle.run(1.0)
+    assert vehicle.result(mavlink.MAV_CMD_NAV_TAKEOFF, NAN, 0, 0, NAN, NAN, NAN, HOME_ALT + 6.0) == 1
+    vehicle.gps = True
+    vehicle.run(2.0)
+    assert vehicle.set_mode(4, 2) == 0
+    vehicle.run(0.2)
+    assert vehicle.topics.position_setpoint_triplet.current.alt == pytest.approx(HOME_ALT + 6.0)
+
+
 def test_a_takeoff_has_no_leg() -> None:
     """Takeoff::set_takeoff_position."""
     vehicle = FakeVehicle()
