@@ -4,7 +4,7 @@ A rule names a condition, the action that a parameter asks for, and when the act
 selects among them. A mode that can no longer be flown is left at once; if that would be to a mode of sticks and these
 are lost, NAV_RCL_ACT says what follows.
 
-Left out: VTOL, motor failures, a height that the estimator allows.
+Left out: VTOL, motor failures.
 """
 
 from collections.abc import Callable
@@ -40,6 +40,8 @@ LINK_LOSS_ACT = {1: HOLD, 2: RTL, 3: LAND, 5: TERMINATE, 6: DISARM}
 COM_PARACHUTE = {1: WARN, 2: WARN, 3: RTL, 4: LAND}
 COM_ARM_ODID = {3: RTL, 4: LAND, 5: TERMINATE}
 GF_ACTION = {0: NOTHING, 2: HOLD._replace(takeover=Takeover.BY_MODE), 3: RTL, 4: TERMINATE, 5: LAND}
+LANDS_WITHOUT_NAVIGATOR = (NavState.AUTO_TAKEOFF, NavState.AUTO_RTL)
+"""Where the navigator cannot fly what it is to fly; other modes hold."""
 LOW_BAT_CRITICAL = {1: Action.RTL, 2: Action.LAND, 3: Action.RTL}
 LOW_BAT_EMERGENCY = {1: Action.RTL, 2: Action.LAND, 3: Action.LAND}
 """COM_LOW_BAT_ACT; 0 only warns."""
@@ -198,6 +200,7 @@ class Failsafe:
             ("wind", flags.wind_limit_exceeded, COM_WIND_MAX_ACT.get(int(parameters["COM_WIND_MAX_ACT"]), WARN)),
             ("flight_time", flags.flight_time_limit_exceeded, Option(Action.RTL)),
             self._position_accuracy(user_mode, flags),
+            ("navigator_failure", flags.navigator_failure, LAND if user_mode in LANDS_WITHOUT_NAVIGATOR else HOLD),
             ("geofence", flags.geofence_breached, GF_ACTION.get(int(parameters["GF_ACTION"]), WARN)),
             self._caused(
                 "battery_low_remaining_time",

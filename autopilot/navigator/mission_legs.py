@@ -171,6 +171,22 @@ def stay(state: NavigatorState) -> None:
         state.fly(state.setpoint(SetpointType.LOITER, *here, acceptance_radius_m=radius_m))
 
 
+def stop_below_ceiling(state: NavigatorState) -> bool:
+    """Hold here instead of going higher above the ground than sensors in use can measure; whether that was needed.
+
+    MissionBlock::updateMaxHaglFailsafe.
+    """
+    local, position = state.topics.vehicle_local_position, state.position
+    ceiling_m = min(local.hagl_max_z, local.hagl_max_xy)
+    if not position.terrain_alt_valid or not state.triplet.current.alt - position.terrain_alt > ceiling_m:
+        return False
+    state.say(Severity.INFO, "Target altitude higher than max HAGL\t", "navigator_fail_max_hagl")
+    here, radius_m = (position.lat, position.lon, state.loiter_alt_m()), state.acceptance_radius_m()
+    hold = state.setpoint(SetpointType.LOITER, *here, acceptance_radius_m=radius_m)
+    state.triplet = state.triplet._replace(timestamp=state.now_us, current=hold)
+    return True
+
+
 def hold_at(state: NavigatorState, setpoint: PositionSetpoint) -> PositionSetpoint:
     """Hold where a setpoint is (MissionBlock::setLoiterItemFromCurrentPositionSetpoint)."""
     there = setpoint.lat, setpoint.lon, setpoint.alt, setpoint.yaw

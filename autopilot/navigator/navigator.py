@@ -18,6 +18,7 @@ from sitl_emu.autopilot.navigator.land import Land
 from sitl_emu.autopilot.navigator.loiter import Loiter
 from sitl_emu.autopilot.navigator.mission import Mission
 from sitl_emu.autopilot.navigator.mission_commands import change_speed
+from sitl_emu.autopilot.navigator.mission_legs import stop_below_ceiling
 from sitl_emu.autopilot.navigator.payload import Payload
 from sitl_emu.autopilot.navigator.precland import PrecLand
 from sitl_emu.autopilot.navigator.roi import ROI_COMMANDS, Roi
@@ -40,6 +41,8 @@ from sitl_emu.core import dialect as mavlink
 INTERVAL_US: Final = 50_000
 """How often the estimate wakes the navigator (Navigator::run, orb_set_interval of vehicle_local_position)."""
 STATUS_EVERY_US: Final = 500_000
+FAILURE_HAGL: Final = 1
+"""navigator_status.failure."""
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 Mode = Takeoff | Loiter | Course | Mission | Rtl | Land | PrecLand
 
@@ -92,6 +95,7 @@ class Navigator:
         self._status: VehicleStatus | None = None
         self._plans: tuple[object, ...] = ()
         self._commands_seen = 0
+        self._is_too_high = False
         self._published: tuple[object, ...] = ()
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
@@ -162,13 +166,14 @@ class Navigator:
         self._payload.update()
 
     def _publish_status(self, now_us: int) -> None:
-        """Twice a second, and when something has changed."""
+        """Twice a second, and when something has changed. A failure lasts as long as its mode."""
         topics = self._topics
-        nav_state = int(topics.vehicle_status.nav_state)
-        last = topics.navigator_status
-        if nav_state != last.nav_state or now_us - last.timestamp >= STATUS_EVERY_US:
-            topics.navigator_status = NavigatorStatus(now_us, nav_state)
-        mode = self._mode
+        mode, last = self._mode, topics.navigator_status
+        flown = NavState.AUTO_MISSION if mode is self._mission else topics.vehicle_status.nav_state
+        failure = FAILURE_HAGL if self._is_too_high else last.failure if last.nav_state == flown else 0
+        if (flown, failure) != last[1:] or now_us - last.timestamp >= STATUS_EVERY_US:
+            topics.navigator_status = NavigatorStatus(now_us, int(flown), failure)
+        self._is_too_high = False
         request = int((mode is self._rtl or mode is self._mission) and mode.is_landing)
         known = topics.distance_sensor_mode_change_request
         if known.timestamp == 0 or known.request_on_off != request:
@@ -227,6 +232,7 @@ class Navigator:
                 mode.on_activation()
         elif mode is not None:
             mode.on_active()
+            self._is_too_high = stop_below_ceiling(state) or self._is_too_high
 
     def _keeps_setpoint(self, mode: Mode | None) -> bool:
         """HOLD stays where a takeoff has led, or where the vehicle holds already (Navigator::run)."""

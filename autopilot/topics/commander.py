@@ -93,6 +93,7 @@ class FailsafeFlags(NamedTuple):
     position_accuracy_low: bool = False
     fd_alt_loss: bool = False
     gnss_lost: bool = False
+    navigator_failure: bool = False
 
 
 class HomePosition(NamedTuple):

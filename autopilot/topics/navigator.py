@@ -86,7 +86,7 @@ class RtlStatus(NamedTuple):
 
 
 class NavigatorStatus(NamedTuple):
-    """Which mode the navigator runs; a failure (1: above a height that the estimator allows) never comes about here."""
+    """Which mode the navigator runs, and whether it fails (1: it would go higher than the estimator allows)."""
 
     timestamp: int = 0
     nav_state: int = 0

@@ -320,6 +320,52 @@ def test_a_rover_that_takes_off_holds_at_once() -> None:
     assert rover.modes == ["AUTO_LOITER", "AUTO_TAKEOFF", "AUTO_LOITER"]
 
 
+class LowCeiling(FakeVehicle):
+    """Over flat ground, and its estimate rests on sensors that measure no more than `ceiling_m`."""
+
+    ceiling_m = math.inf
+
+    def _sense(self) -> None:
+        super()._sense()
+        local, position = self.topics.vehicle_local_position, self.topics.vehicle_global_position
+        self.topics.vehicle_local_position = local._replace(hagl_max_z=self.ceiling_m, hagl_max_xy=math.inf)
+        self.topics.vehicle_global_position = position._replace(terrain_alt=HOME_ALT, terrain_alt_valid=True)
+
+
+def below_ceiling(**parameters: float) -> LowCeiling:
+    """Holds 10 m up, and may not go above 20 m."""
+    vehicle = LowCeiling(**parameters)
+    vehicle.run(3.0)
+    vehicle.take_off(10.0)
+    vehicle.take_texts()
+    vehicle.ceiling_m = 20.0
+    return vehicle
+
+
+@pytest.mark.parametrize(("up_m", "texts"), [(19.0, []), (30.0, ["Target altitude higher than max HAGL"])])
+def test_it_goes_no_higher_than_its_sensors_measure(up_m: float, texts: list[str]) -> None:
+    """MissionBlock::updateMaxHaglFailsafe; the failsafe holds, in HOLD too."""
+    vehicle = below_ceiling()
+    assert vehicle.reposition(0.0, 0.0, up_m) == 0
+    vehicle.run(1.0)
+    assert [text for text in vehicle.take_texts() if text.startswith("Target")] == texts
+    assert vehicle.topics.navigator_status[1:] == (NavState.AUTO_LOITER, len(texts))
+    assert vehicle.topics.vehicle_status.failsafe is (up_m > 20.0)
+    vehicle.run(10.0)
+    assert vehicle.up == pytest.approx(19.0 if up_m < 20.0 else 10.0, abs=0.3)
+
+
+def test_a_return_that_would_go_higher_than_its_sensors_measure_lands() -> None:
+    vehicle = below_ceiling(RTL_RETURN_ALT=30.0)
+    vehicle.reposition(50.0, 0.0, 10.0)
+    vehicle.run(12.0)
+    assert vehicle.set_mode(4, 5) == 0
+    vehicle.run(6.0)
+    assert vehicle.modes[-3:] == ["AUTO_RTL", "AUTO_LOITER", "AUTO_LAND"]
+    vehicle.run_until_disarmed()
+    assert place(vehicle)[0] == pytest.approx(50.0, abs=0.5)
+
+
 def fence(command: int, corners: list[tuple[float, float]], param1: float) -> tuple[MissionItem, ...]:
     """Fence items at (north, east) metres from home."""
     items = []

@@ -136,7 +136,7 @@ class Findings:
         self.battery_warning = 0
         self.position_accuracy_low = self.fd_alt_loss = self.gnss_lost = False
         self.battery_unhealthy = self.battery_low_remaining_time = False
-        self.geofence_breached = False
+        self.geofence_breached = self.navigator_failure = False
         self.mission_failure = False
         self.wind_limit_exceeded = False
         self.flight_time_limit_exceeded = False
@@ -233,4 +233,5 @@ class Findings:
             self.position_accuracy_low,
             self.fd_alt_loss,
             self.gnss_lost,
+            self.navigator_failure,
         )

@@ -51,7 +51,6 @@ failsafe_flags = by_name(
         "timestamp": 0,
         **requirement_masks(),
         **zeros("fd_esc_arming_failure", "vtol_fixed_wing_system_failure"),
-        **zeros("navigator_failure"),
     },
 )
 cpuload = by_name("cpuload", CpuLoad)
