@@ -101,7 +101,8 @@ class Geofence:
     def __init__(self, state: NavigatorState) -> None:
         self._state = state
         self._plan: Plan | None = None
-        self._areas: tuple[Area, ...] = ()
+        self.areas: tuple[Area, ...] = ()
+        """What of it is watched."""
         self._checked_us = 0
         self._held_since_us: int | None = None
         self._held = False
@@ -189,7 +190,7 @@ class Geofence:
                 state.say(Severity.CRITICAL, TEXT_WITHOUT_VEHICLE, "navigator_geofence_invalid_against_cur_pos")
             if at_home and at_vehicle:
                 areas.append(area)
-        self._areas = tuple(areas)
+        self.areas = tuple(areas)
 
     def _breaches(self, lat_deg: float, lon_deg: float, alt_m: float) -> tuple[bool, bool, bool]:
         """Whether the place breaks the largest distance from home, the largest height above it, and the areas."""
@@ -199,5 +200,5 @@ class Geofence:
         limit_m = settings.gf_max_hor_dist_m
         too_far = home.valid and limit_m > 0.0 and distance_m(home.lat, home.lon, lat_deg, lon_deg) >= limit_m
         too_high = home.valid and 0.0 < settings.gf_max_ver_dist_m <= alt_m - home.alt
-        outside = not inside_areas(self._areas, lat_deg, lon_deg)
+        outside = not inside_areas(self.areas, lat_deg, lon_deg)
         return too_far, too_high, outside

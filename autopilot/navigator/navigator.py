@@ -13,7 +13,7 @@ from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.navigator.course import Course
-from sitl_emu.autopilot.navigator.geofence import Geofence
+from sitl_emu.autopilot.navigator.geofence import Area, Geofence
 from sitl_emu.autopilot.navigator.land import Land
 from sitl_emu.autopilot.navigator.loiter import Loiter
 from sitl_emu.autopilot.navigator.mission import Mission
@@ -97,6 +97,11 @@ class Navigator:
         self._commands_seen = 0
         self._is_too_high = False
         self._published: tuple[object, ...] = ()
+
+    @property
+    def fence_areas(self) -> tuple[Area, ...]:
+        """Areas of the fence that are watched."""
+        return self._geofence.areas
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         """Nothing comes here: COMMANDS is empty."""

@@ -10,8 +10,10 @@ from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.mavlink.mavlink import Modules
 from sitl_emu.autopilot.shell.commands import COMMANDS
 from sitl_emu.autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
+from sitl_emu.autopilot.storage.dataman import FENCE, Plan
 from sitl_emu.autopilot.topics import (
     EstimatorStatus,
+    HomePosition,
     PositionSetpointTriplet,
     VehicleGlobalPosition,
     VehicleMagnetometer,
@@ -20,6 +22,7 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs import shell as gcs_shell
 from tests.unit.mavlink_peer import GCS, ONBOARD, HandleCommand, Peer
+from tests.unit.navigation_fake import HOME_ALT, HOME_LAT, HOME_LON, item
 from tests.unit.shell_console import TICK_US, Console
 
 
@@ -374,6 +377,22 @@ def test_actuator_test_turns_one_motor_after_the_other() -> None:
     assert printed.count("INFO  [actuator_test] Motor ") == 12
     assert console.autopilot.topics.actuator_test.function == 112
     assert "value invalid" in console.output("actuator_test set -m 2 -v 7 -t 1")
+
+
+def test_navigator_counts_the_areas_that_are_watched() -> None:
+    """Geofence::printStatus; the circle that home would break is left out."""
+    console = Console()
+    autopilot = console.autopilot
+    autopilot.topics.home_position = HomePosition(1, True, HOME_LAT, HOME_LON, HOME_ALT)
+    corners = [(30.0, 30.0), (30.0, -30.0), (-30.0, 0.0)]
+    triangle = [item(mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, *place, 0.0, 3.0) for place in corners]
+    away = item(mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION, 90.0, 0.0, 0.0, 10.0)
+    around = item(mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION, 0.0, 0.0, 0.0, 10.0)
+    autopilot.dataman.store(FENCE, Plan((*triangle, away, around), 1), 0)
+    autopilot.navigator.update(autopilot.now_us + 50_000)
+    assert console.output("navigator status").endswith(
+        "polygons: 1 inclusion, 0 exclusion, 3 vertices; circles: 0 inclusion, 1 exclusion\n"
+    )
 
 
 def test_navigator_makes_traffic_that_is_not_told_on_mavlink() -> None:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from sitl_emu.autopilot.navigator.geofence import Area, Circle, Polygon
 from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, info
 from sitl_emu.autopilot.shell.commands.module import default_command
 from sitl_emu.autopilot.topics import TransponderReport, queue_transponder_report
@@ -16,20 +17,20 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return (yield from _fake_traffic(vehicle))
     if list(arguments) != ["status"]:
         return (yield from default_command("navigator", True, arguments))
-    areas = dict.fromkeys(KINDS, 0.0)
-    vertices = 0
-    for item in vehicle.dataman.fence.items:
-        corners = int(item.param1) if item.command in POLYGONS else 0
-        vertices += 1 if corners else 0
-        areas[item.command] = areas.get(item.command, 0.0) + (1.0 / corners if corners else 1.0)
-    counts = [round(areas[kind]) for kind in KINDS]
+    areas = vehicle.navigator.fence_areas
+    polygons, circles = ([area for area in areas if isinstance(area, kind)] for kind in (Polygon, Circle))
+    vertices = sum(len(area.vertices) for area in areas if isinstance(area, Polygon))
     yield info("navigator", "Running")
     yield info(
         "navigator",
-        f"Geofence: polygons: {counts[0]} inclusion, {counts[1]} exclusion, {vertices} vertices; "
-        f"circles: {counts[2]} inclusion, {counts[3]} exclusion",
+        f"Geofence: polygons: {_inclusions(polygons)}, {vertices} vertices; circles: {_inclusions(circles)}",
     )
     return SUCCESS
+
+
+def _inclusions(areas: Sequence[Area]) -> str:
+    inside = sum(area.inclusion for area in areas)
+    return f"{inside} inclusion, {len(areas) - inside} exclusion"
 
 
 def _fake_traffic(vehicle: Vehicle) -> Output:
@@ -62,9 +63,3 @@ FAKE_TRAFFIC = (
     *((number, NEAR_M) for number in (13, 13, 14, 14, 15)),
 )
 """Number and distance of each report."""
-POLYGONS = (
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION,
-)
-"""Each vertex says how many its polygon has."""
-KINDS = (*POLYGONS, mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION)
