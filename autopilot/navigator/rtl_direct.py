@@ -132,7 +132,8 @@ class RtlDirect:
         return Precision(mode) if mode in (1, 2) and self._state.traits.lands_precisely else Precision.DISABLED
 
     def _first_phase(self) -> Phase:
-        return Phase.CLIMB if self._state.position.alt < self._return_alt_m else Phase.RETURN
+        goes_to_height = self._state.position.alt < self._return_alt_m or self._state.return_alt_enforced
+        return Phase.CLIMB if goes_to_height else Phase.RETURN
 
     def _seconds_left(self, position: VehicleGlobalPosition) -> float:
         settings, place, phase = self._state.settings, self._destination, self._phase

@@ -91,7 +91,7 @@ class RtlMission:
         """Begin. `flown_seq`: the item that MISSION was flying; None where another mode was flown."""
         state, self._active = self._state, True
         self._work, self._executing = Work.DEFAULT, False
-        self._climbs = self._kind is RtlType.DIRECT_MISSION_LAND and state.position.alt < self._return_alt_m
+        self._climbs = self._kind is RtlType.DIRECT_MISSION_LAND and self._is_to_climb
         first = self._first(flown_seq)
         if first is not None:
             state.dataman.current_seq = first
@@ -147,8 +147,8 @@ class RtlMission:
         position = state.position
         legs_s: list[float] = []
         lat_deg, lon_deg, alt_m = position.lat, position.lon, position.alt
-        climbs = self._work is Work.CLIMB if active else alt_m < self._return_alt_m
-        if climbs and alt_m < self._return_alt_m:
+        climbs = self._work is Work.CLIMB if active else self._is_to_climb
+        if climbs and (alt_m < self._return_alt_m or state.return_alt_enforced):
             legs_s.append(vertical_s(settings, self._return_alt_m - alt_m))
             alt_m = self._return_alt_m
         seq = self._mission.next_place(max(state.dataman.current_seq, landing.start) if active else landing.start)
@@ -168,6 +168,11 @@ class RtlMission:
             lat_deg, lon_deg, alt_m = place.lat_deg, place.lon_deg, place.alt_m
             seq = self._mission.next_place(seq + 1)
         return math.fsum(legs_s) if legs_s else math.nan
+
+    @property
+    def _is_to_climb(self) -> bool:
+        """Whether it goes to its height before it makes for a landing pattern (checkNeedsToClimb)."""
+        return self._state.position.alt < self._return_alt_m or self._state.return_alt_enforced
 
     # --- which item -------------------------------------------------------------------------------------------
 

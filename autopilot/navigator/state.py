@@ -144,6 +144,8 @@ class NavigatorState:
         """As PX4's mission_result says it: a mission, TAKEOFF or LAND has ended, and none of them has begun since."""
         self.mission_failure = False
         """A heading that an item insists on was not reached in time."""
+        self.return_alt_enforced = False
+        """Whether a return goes to its height first, however high the vehicle is (RTL::set_return_alt_min)."""
         self.gimbal_asked_us: int | None = None
         """When it was asked that the gimbal be centred; None: nobody has."""
 

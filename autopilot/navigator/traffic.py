@@ -5,7 +5,7 @@ within NAV_TRAFF_A_HOR of its track and within NAV_TRAFF_A_VER of its height, an
 within NAV_TRAFF_COLL_T. NAV_TRAFF_AVOID says what follows: 0 nothing, 1 a warning, 2 Return, 3 Land; 4 (Hold) is a
 command that PX4's commander does not know, so that the warning is all. Ten aircraft are told apart.
 
-PX4's Return because of traffic does not climb; here it is flown as any Return.
+Once it has returned because of traffic, every return goes to its height first, also one from above it.
 """
 
 import math
@@ -38,6 +38,7 @@ WARNINGS = {
     4: "navigator_traffic_hold",
 }
 """By NAV_TRAFF_AVOID."""
+RETURNS = 2
 ACTIONS = {2: mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, 3: mavlink.MAV_CMD_NAV_LAND, 4: mavlink.MAV_CMD_NAV_LOITER_UNLIM}
 
 
@@ -122,6 +123,8 @@ class Traffic:
             return
         heading_deg = math.degrees(report.heading)
         self._send_event(WARNINGS[avoid], Severity.NOTICE, report.icao_address, separation_m, heading_deg)
+        if avoid == RETURNS:
+            self._state.return_alt_enforced = True
         if avoid in ACTIONS:
             self._state.command(VehicleCommand(ACTIONS[avoid], *(0.0,) * 7))
 

@@ -114,6 +114,25 @@ def test_what_nav_traff_avoid_asks_for(avoid: int, events: list[str], mode: NavS
     assert vehicle.mode is mode
 
 
+@pytest.mark.parametrize(("avoid", "phases"), [(2, [0, 1]), (1, [1])])
+def test_after_traffic_a_return_goes_to_its_height_first(avoid: int, phases: list[int]) -> None:
+    """RTL::set_return_alt_min; it flies higher than RTL_RETURN_ALT here."""
+    vehicle = flying(NAV_TRAFF_AVOID=avoid)
+    vehicle.reposition(100.0, 0.0, 50.0)
+    vehicle.run(21.0)
+    see(vehicle, 1000.0)
+    vehicle.set_mode(4, 3)
+    vehicle.run(1.0)
+    told: list[int] = []
+    assert vehicle.set_mode(4, 5) == 0
+    for _ in range(30):
+        vehicle.step()
+        phase = vehicle.topics.navigator_mission_item.sequence_current
+        if vehicle.mode is NavState.AUTO_RTL and told[-1:] != [phase]:
+            told.append(phase)
+    assert told == phases
+
+
 def test_more_than_ten_conflicts_are_too_many() -> None:
     vehicle = flying()
     vehicle.run(60.0)
