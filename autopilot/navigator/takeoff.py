@@ -22,7 +22,13 @@ class Takeoff:
         self._reached = Reached()
 
     def request(self, command: VehicleCommand) -> None:
-        """NAV_TAKEOFF; lat, lon and altitude (AMSL) may be NaN, and the heading does not matter."""
+        """NAV_TAKEOFF; lat, lon and altitude (AMSL) may be NaN, and the heading does not matter.
+
+        Without a place it is where the vehicle is now, also where it takes off later (Navigator::run).
+        """
+        if not (math.isfinite(command.param5) and math.isfinite(command.param6)):
+            position = self._state.position
+            command = command._replace(param5=position.lat, param6=position.lon)
         self._command = command
         self._target = None
 
@@ -65,7 +71,7 @@ class Takeoff:
             default_m = state.settings.mis_takeoff_alt_m
             text = f"Using default takeoff altitude: {default_m:.1f} m\t"
             state.say(Severity.INFO, text, "navigator_takeoff_default_alt", default_m)
-        if command is not None and math.isfinite(command.param5) and math.isfinite(command.param6):
+        if command is not None:
             lat, lon = command.param5, command.param6
         if alt < position.alt:
             alt = position.alt

@@ -54,6 +54,20 @@ def test_takeoff_before_arming_waits_and_keeps_the_height() -> None:
     assert vehicle.up == pytest.approx(6.0, abs=0.1)
 
 
+def test_a_takeoff_goes_up_where_the_vehicle_was_when_it_was_commanded() -> None:
+    """Navigator::run; here it is carried elsewhere before it is armed."""
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    vehicle.result(mavlink.MAV_CMD_NAV_TAKEOFF, NAN, 0, 0, NAN, NAN, NAN, HOME_ALT + 6.0)
+    vehicle.run(0.2)
+    vehicle.north = 5.0
+    vehicle.run(1.0)
+    vehicle.arm()
+    vehicle.run(0.2)
+    current = vehicle.topics.position_setpoint_triplet.current
+    assert PLACE.project(current.lat, current.lon)[0] == pytest.approx(0.0, abs=0.01)
+
+
 def test_a_takeoff_that_is_refused_is_the_next_ones_height() -> None:
     """Navigator::run takes each NAV_TAKEOFF, whatever the commander answers."""
     vehicle = FakeVehicle()
