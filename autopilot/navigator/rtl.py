@@ -113,6 +113,8 @@ class Rtl:
         return_alt_m = self._return_altitude_m(destination)
         self._direct.choose(destination, return_alt_m)
         if kind is not RtlType.DIRECT and kind is not self._kind:
+            # A new kind has not seen yet which item was flown (RTL::initRtlMissionType).
+            self._flown_seq = None
             self._along.choose(kind, return_alt_m)
         self._kind = kind
         state.topics.rtl_status = RtlStatus(state.now_us, kind, index, rally.opaque_id)

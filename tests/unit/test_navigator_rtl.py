@@ -128,6 +128,22 @@ def test_type_4_takes_the_way_with_fewer_items(reached: int, end: tuple[int, int
     assert place(vehicle) == end
 
 
+@pytest.mark.parametrize(("waits_s", "first"), [(0.2, 2), (2.2, 3)])
+def test_a_return_that_has_just_turned_round_begins_at_the_nearest_place(waits_s: float, first: int) -> None:
+    """RTL::initRtlMissionType makes a return anew, which has not seen the item that is flown; it is asked every 2 s."""
+    vehicle = flying(*WITH_LANDING, RTL_TYPE=4, NAV_ACC_RAD=0.5)
+    run_until_reached(vehicle, 1)
+    while vehicle.east < 55.0 or vehicle.topics.rtl_time_estimate.timestamp != vehicle.now_us:
+        vehicle.step()
+    run_until_reached(vehicle, 2)
+    vehicle.run(waits_s)
+    vehicle.current.clear()
+    assert vehicle.set_mode(4, 5) == 0
+    vehicle.run(0.2)
+    assert vehicle.topics.rtl_status.rtl_type == FOLLOW
+    assert min(vehicle.current) == first
+
+
 def test_back_with_a_negative_delay_it_holds_above_home() -> None:
     vehicle = flying(*WITHOUT, RTL_TYPE=2, RTL_LAND_DELAY=-1.0, RTL_DESCEND_ALT=6.0)
     run_until_reached(vehicle, 1)
