@@ -13,8 +13,9 @@ from typing import ClassVar, Final
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, obey_navigator
-from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
+from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, Vector3, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -91,8 +92,8 @@ class McAutotune:
 
     COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.AUTOTUNE)
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
-        self._topics, self._parameters = topics, parameters
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
+        self._topics, self._parameters, self._say = topics, parameters, say
         self._runs = int(parameters["MC_AT_EN"]) == 1
         self._wanted = False
         self.state = State.IDLE
@@ -113,6 +114,8 @@ class McAutotune:
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
         """param1 1: begin, or say how far it is; param2 would be axes, which cannot be chosen."""
         begins = abs(command.param1 - 1.0) < 1e-6 and abs(command.param2) < 1e-6
+        if self.state is State.IDLE or not command.from_external:
+            self._tell_what_is_not_supported(command)
         if self._runs and begins and self.state is State.IDLE:
             self._wanted = True
         if begins:
@@ -121,6 +124,13 @@ class McAutotune:
         if math.isfinite(command.param1) or abs(command.param2) > 1e-6:
             return CommandResult(mavlink.MAV_RESULT_DENIED)
         return CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
+
+    def _tell_what_is_not_supported(self, command: VehicleCommand) -> None:
+        """Of a command from a link PX4's navigator, which says so, hears only while nothing is being tuned."""
+        if abs(command.param1 - 1.0) > 1e-6:
+            self._say(Severity.WARNING, "", "navigator_autotune_unsupported_input")
+        elif abs(command.param2) > 1e-6:
+            self._say(Severity.WARNING, "", "navigator_autotune_unsupported_ax")
 
     def update(self, now_us: int) -> None:
         """At 50 Hz: what a mission commands, and every 0.1 s a step."""

@@ -100,7 +100,7 @@ class MulticopterControl:
         """What thrust and torque are multiplied by."""
         self._vehicle_states = VehicleStates(parameters)
         self._allocation = MulticopterAllocation(topics, parameters)
-        self.autotune = McAutotune(topics, parameters)
+        self.autotune = McAutotune(topics, parameters, say)
         self.started = (self._allocation.group_test, self.autotune)
         self._refresh()
         self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.version)

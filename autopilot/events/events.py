@@ -43,6 +43,7 @@ LEVELS: dict[str, tuple[int | None, int]] = {
         ),
         (Severity.CRITICAL, Severity.WARNING),
     ),
+    "navigator_autotune_unsupported_ax": (Severity.WARNING, Severity.INFO),
     "navigator_fail_max_hagl": (Severity.ERROR, Severity.ERROR),
     "commander_failsafe_enter_generic_warn": (Severity.WARNING, Severity.WARNING),
     "commander_failsafe_enter_warn": (Severity.WARNING, Severity.WARNING),

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.control.mc_autotune import McAutotune, State
 from sitl_emu.autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
 from sitl_emu.autopilot.parameters import Parameters
@@ -24,8 +24,13 @@ class Desk:
 
     def __init__(self, **parameters: float) -> None:
         self.topics = Topics()
-        self.autotune = McAutotune(self.topics, Parameters(VehicleKind.MULTICOPTER, {"MC_AT_EN": 1, **parameters}))
+        parameters = {"MC_AT_EN": 1, **parameters}
+        self.events: list[str] = []
+        self.autotune = McAutotune(self.topics, Parameters(VehicleKind.MULTICOPTER, parameters), self._say)
         self.now_us = 0
+
+    def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
+        self.events.append(event)
 
     def ask(self, first: float = 1.0, second: float = 0.0) -> tuple[int, int]:
         """(result, progress)."""
@@ -39,12 +44,20 @@ class Desk:
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "result"),
-    [(0.0, 0.0, DENIED), (2.0, 0.0, DENIED), (1.0, 1.0, DENIED), (NAN, 1.0, DENIED), (NAN, 0.0, UNSUPPORTED)],
+    ("first", "second", "result", "events"),
+    [
+        (0.0, 0.0, DENIED, ["input"]),
+        (2.0, 0.0, DENIED, ["input"]),
+        (1.0, 1.0, DENIED, ["ax"]),
+        (NAN, 1.0, DENIED, ["ax"]),
+        (NAN, 0.0, UNSUPPORTED, []),
+    ],
 )
-def test_it_can_only_be_begun_for_all_axes(first: float, second: float, result: int) -> None:
+def test_it_can_only_be_begun_for_all_axes(first: float, second: float, result: int, events: list[str]) -> None:
+    """The navigator says what it does not do."""
     desk = Desk()
     assert desk.ask(first, second) == (result, 0)
+    assert desk.events == [f"navigator_autotune_unsupported_{what}" for what in events]
     desk.run(1.0)
     assert desk.autotune.state is State.IDLE
 
