@@ -136,23 +136,23 @@ class RtlDirect:
         return Phase.CLIMB if goes_to_height else Phase.RETURN
 
     def _seconds_left(self, position: VehicleGlobalPosition) -> float:
-        settings, place, phase = self._state.settings, self._destination, self._phase
-        hover_alt_m, seconds = self._hover_alt_m, 0.0
+        state, place, phase = self._state, self._destination, self._phase
+        hover_alt_m, seconds, settings = self._hover_alt_m, 0.0, state.settings
         if phase is Phase.CLIMB:
-            seconds += vertical_s(settings, max(self._return_alt_m - position.alt, 0.0))
+            seconds += vertical_s(state, max(self._return_alt_m - position.alt, 0.0))
         if phase <= Phase.RETURN:
-            seconds += along_s(settings, distance_m(position.lat, position.lon, place.lat_deg, place.lon_deg))
+            seconds += along_s(state, distance_m(position.lat, position.lon, place.lat_deg, place.lon_deg))
         if phase <= Phase.DESCEND:
             from_m = position.alt if phase is Phase.DESCEND else self._return_alt_m
-            seconds += vertical_s(settings, hover_alt_m - from_m)
+            seconds += vertical_s(state, hover_alt_m - from_m)
         if phase <= Phase.WAIT:
             if settings.rtl_land_delay_s < 0.0:
                 return seconds
             seconds += settings.rtl_land_delay_s
         if phase is Phase.HOVER:
-            seconds += along_s(settings, distance_m(position.lat, position.lon, place.lat_deg, place.lon_deg))
+            seconds += along_s(state, distance_m(position.lat, position.lon, place.lat_deg, place.lon_deg))
         from_m = position.alt if phase >= Phase.LAND else hover_alt_m
-        return seconds + vertical_s(settings, place.alt_m - from_m)
+        return seconds + vertical_s(state, place.alt_m - from_m)
 
     def _land(self) -> None:
         """On the ground. PX4 publishes its idle item as a command (RtlDirect::set_rtl_item)."""

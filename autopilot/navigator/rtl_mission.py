@@ -140,8 +140,7 @@ class RtlMission:
 
     def seconds_left(self, *, active: bool) -> float:
         """How long the landing pattern takes from here (RtlDirectMissionLand); NaN for the others: PX4 doesn't know."""
-        state, settings = self._state, self._state.settings
-        landing = landing_of(self._mission.items)
+        state, landing = self._state, landing_of(self._mission.items)
         if self._kind is not RtlType.DIRECT_MISSION_LAND or landing is None:
             return math.nan
         position = state.position
@@ -149,7 +148,7 @@ class RtlMission:
         lat_deg, lon_deg, alt_m = position.lat, position.lon, position.alt
         climbs = self._work is Work.CLIMB if active else self._is_to_climb
         if climbs and (alt_m < self._return_alt_m or state.return_alt_enforced):
-            legs_s.append(vertical_s(settings, self._return_alt_m - alt_m))
+            legs_s.append(vertical_s(state, self._return_alt_m - alt_m))
             alt_m = self._return_alt_m
         seq = self._mission.next_place(max(state.dataman.current_seq, landing.start) if active else landing.start)
         while seq is not None:
@@ -160,11 +159,11 @@ class RtlMission:
                 # PX4 forgets what it has counted, and counts on.
                 legs_s.clear()
             elif item.command == LOITER_TIME:
-                legs_s.append(along_s(settings, away_m) + max(place.hold_s, 0.0))
+                legs_s.append(along_s(state, away_m) + max(place.hold_s, 0.0))
             elif item.command == LOITER_TO_ALT:
-                legs_s.append(along_s(settings, away_m) + vertical_s(settings, place.alt_m - alt_m))
+                legs_s.append(along_s(state, away_m) + vertical_s(state, place.alt_m - alt_m))
             else:
-                legs_s.append(along_s(settings, away_m, place.alt_m - alt_m))
+                legs_s.append(along_s(state, away_m, place.alt_m - alt_m))
             lat_deg, lon_deg, alt_m = place.lat_deg, place.lon_deg, place.alt_m
             seq = self._mission.next_place(seq + 1)
         return math.fsum(legs_s) if legs_s else math.nan

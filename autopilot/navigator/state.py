@@ -57,6 +57,7 @@ class Settings(NamedTuple):
     rtl_time_factor: float
     rtl_time_margin_s: float
     mpc_xy_cruise_m_s: float
+    ro_speed_lim_m_s: float
     mpc_z_v_auto_up_m_s: float
     mpc_z_v_auto_dn_m_s: float
     pld_btout_s: float
@@ -104,6 +105,7 @@ def settings_of(parameters: Parameters) -> Settings:
         rtl_time_factor=float(parameters["RTL_TIME_FACTOR"]),
         rtl_time_margin_s=float(parameters["RTL_TIME_MARGIN"]),
         mpc_xy_cruise_m_s=float(parameters["MPC_XY_CRUISE"]),
+        ro_speed_lim_m_s=float(parameters["RO_SPEED_LIM"]),
         mpc_z_v_auto_up_m_s=float(parameters["MPC_Z_V_AUTO_UP"]),
         mpc_z_v_auto_dn_m_s=float(parameters["MPC_Z_V_AUTO_DN"]),
         pld_btout_s=float(parameters["PLD_BTOUT"]),

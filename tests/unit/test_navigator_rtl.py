@@ -422,6 +422,19 @@ def test_how_long_a_landing_pattern_with_a_hold_takes() -> None:
     assert vehicle.topics.rtl_time_estimate.time_estimate == pytest.approx(10.0 / 1.5, abs=0.1)
 
 
+@pytest.mark.parametrize(("limit_m_s", "seconds"), [(2.5, 110.0 / 2.5), (-1.0, 0.0)])
+def test_a_rover_is_timed_by_its_speed_limit(limit_m_s: float, seconds: float) -> None:
+    """RtlTimeEstimator; 30 m and 40 m away to the beginning of the landing, 60 m on to its end."""
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN, RTL_TYPE=1, RO_SPEED_LIM=limit_m_s)
+    rover.run(3.0)
+    rover.upload(item(WAYPOINT, 10, 0), item(LAND_START), item(WAYPOINT, 30, 40), item(LAND, 30, 100))
+    rover.run(2.1)
+    assert rtl_status(rover)[0] == MISSION_LAND
+    estimate = rover.topics.rtl_time_estimate
+    assert estimate.valid
+    assert estimate.time_estimate == pytest.approx(seconds, abs=0.1)
+
+
 def test_a_rover_follows_its_mission_too() -> None:
     rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN, RTL_TYPE=2)
     rover.run(3.0)
