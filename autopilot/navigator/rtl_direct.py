@@ -85,9 +85,9 @@ class RtlDirect:
         if not state.traits.flies:
             self._phase = Phase.LAND
             self._fly_phase()
-            state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
+            state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_whole_m)
             return
-        state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_m)
+        state.say(Severity.INFO, text, "vrtl_return_at", amsl_m, above_whole_m)
         if state.landed:
             self._land()
             return

@@ -1,10 +1,12 @@
 """Where RTL_TYPE sends a return: along the mission, to its landing pattern, to a rally point; after PX4's RTL."""
 
 import math
+import struct
 
 import pytest
 
 from sitl_emu.autopilot.constants import NavState, SetpointType
+from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.navigator.mission_legs import Landing, landing_of
 from sitl_emu.autopilot.storage.dataman import RALLY, MissionItem, Plan
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -290,6 +292,20 @@ def test_a_return_along_the_mission_that_is_left_pauses_the_camera(rtl_type: int
     vehicle.run(0.2)
     given = [record.command for record in vehicle.topics.navigator_commands if record.number > number]
     assert sum(command.command == TRIGGER and command.param1 == -1.0 for command in given) == pauses
+
+
+def test_the_event_of_a_return_tells_whole_metres_as_its_text_does() -> None:
+    """RtlDirect::on_activation rounds both up."""
+    vehicle = FakeVehicle(RTL_RETURN_ALT=5.0)
+    vehicle.run(3.0)
+    vehicle.take_off(12.4)
+    vehicle.take_texts()
+    assert vehicle.set_mode(4, 5) == 0
+    vehicle.run(0.2)
+    assert f"RTL: start return at {math.ceil(HOME_ALT + 12.4)} m (13 m above destination)" in vehicle.take_texts()
+    event_id, formats = layout("vrtl_return_at")
+    (told,) = [event for event in vehicle.events.recent if event.id == event_id]
+    assert struct.unpack(f"<{formats}", told.arguments) == (math.ceil(HOME_ALT + 12.4), 13)
 
 
 def test_without_a_mission_it_goes_straight_home() -> None:
