@@ -106,10 +106,16 @@ def test_arguments_are_packed_as_the_table_types_them() -> None:
         ("commander_ctrl_high_latency_failed", Severity.CRITICAL, (), 0x62),
         ("commander_failsafe_enter_autopilot_disengaged", Severity.CRITICAL, (0, 3), 0x42),
         ("commander_failsafe_enter_low_flight_time_warn", Severity.WARNING, (), 0x64),
+        ("commander_cal_cmd_denied", Severity.CRITICAL, (241,), 0x63),
+        ("commander_cal_no_inputs", Severity.CRITICAL, (), 0x63),
+        ("navigator_reposition_outside_geofence", Severity.CRITICAL, (), 0x63),
+        ("navigator_change_altitude_outside_geofence", Severity.CRITICAL, (), 0x63),
+        ("navigator_course_change_altitude_outside_geofence", Severity.CRITICAL, (), 0x63),
+        ("mavlink_log_not_enough_bw", Severity.CRITICAL, (1000,), 0x33),
     ],
 )
 def test_the_log_has_its_own_level(name: str, severity: Severity, arguments: tuple[int, ...], levels: int) -> None:
-    """As PX4's commander sends them (Commander.cpp, failsafe/framework.cpp)."""
+    """As PX4's modules send them (Commander.cpp, failsafe/framework.cpp, navigator_main.cpp, mavlink_receiver.cpp)."""
     events = Events()
     events.send(name, severity, *arguments)
     assert events.recent[-1].log_levels == levels
