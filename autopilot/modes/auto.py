@@ -125,6 +125,13 @@ class Auto:
         smoothing.max_xy_error_m, smoothing.max_z_error_m = parameters["MPC_XY_ERR_MAX"], parameters["MPC_Z_ERR_MAX"]
         smoothing.z_acceptance_m = parameters["NAV_MC_ALT_RAD"]
 
+    def begin(self) -> None:
+        """The mode is entered. With MPC_YAW_MODE 4 it has to look where it goes before it goes, once.
+
+        Begun anew on the ground it knows that it does: else nobody would take off (FlightTaskAuto::_yaw_sp_aligned).
+        """
+        self._yaw_aligned = False
+
     def activate(self, last: TrajectorySetpoint) -> None:
         """Go on from the last setpoint."""
         local = self._topics.vehicle_local_position
@@ -134,7 +141,7 @@ class Auto:
         self._yaw, self._yawspeed = yaw, 0.0
         self._triplet_yaw, self._yaw_nudge.is_active = NAN, False
         self._kind = SetpointType.LOITER
-        self._yaw_lock = self._yaw_aligned = self._braking = False
+        self._yaw_lock = self._braking = False
         self._braked_climb = 0.0
         self._takeoff_place, self._liftoff_z = None, NAN
         self.gear = GEAR_KEEP

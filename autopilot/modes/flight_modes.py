@@ -93,6 +93,8 @@ class FlightModes:
             else:
                 if task is self._follow_target:
                     self._follow_target.begin()
+                elif task is self._auto:
+                    self._auto.begin()
                 # PX4 runs no task in OFFBOARD, whose setpoint may lie far away (FlightModeManager::switchTask)
                 task.activate(TrajectorySetpoint() if before is self._offboard else topics.trajectory_setpoint)
         if task is None:

@@ -16,7 +16,7 @@ from sitl_emu.autopilot.topics import (
     VehicleLandDetected,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
-from tests.unit.modes_follower import Follower, Row
+from tests.unit.modes_follower import DT_US, Follower, Row
 
 
 def speed(row: Row) -> float:
@@ -152,6 +152,18 @@ def test_mpc_yaw_mode_4_turns_before_it_flies() -> None:
     turned = next(row.t for row in rows if abs(math.degrees(row.local.heading) - 90.0) < 12.0)
     assert all(speed(row) < 0.1 for row in rows if row.t < turned)
     assert speed(rows[-1]) > 4.0
+
+
+@pytest.mark.parametrize("mode", [0, 3, 4, 5])
+def test_whatever_mpc_yaw_mode_it_wants_to_take_off(mode: int) -> None:
+    """FlightTaskAuto::activate leaves _yaw_sp_aligned as it is, and on the ground it is called in every step."""
+    follower = Follower(up=0.0, nav_state=NavState.AUTO_TAKEOFF, MPC_YAW_MODE=mode)
+    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.READY_FOR_TAKEOFF)
+    follower.go((0.0, 0.0, 10.0), kind=SetpointType.TAKEOFF)
+    for _ in range(3):
+        follower.now_us += DT_US
+        follower.modes.update(follower.now_us)
+    assert follower.topics.vehicle_constraints.want_takeoff
 
 
 def test_a_takeoff_rises_where_it_left_the_ground() -> None:
