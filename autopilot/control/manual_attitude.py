@@ -65,6 +65,10 @@ class ManualAttitude:
         self._tilt = (0.0, 0.0)
         self._yaw.reset()
 
+    def turned(self, delta_heading: float) -> None:
+        """The estimate of the heading has jumped: one that is held jumps with it, and the vehicle does not turn."""
+        self._yaw.turned(delta_heading)
+
     def follow(self, now_us: int, dt_s: float, status: VehicleStatus, landed: bool, hover_thrust: float | None) -> None:
         """The limits of the thrust, in every mode. `hover_thrust`: as it is estimated; None: it is not."""
         spooled_up = status.armed and now_us - status.armed_time > self._spoolup_s * 1e6

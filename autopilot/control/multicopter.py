@@ -392,13 +392,16 @@ class MulticopterControl:
             return
         setpoint, reference = topics.vehicle_attitude_setpoint, self._reference
         local, q = topics.vehicle_local_position, topics.vehicle_attitude.q
+        has_jumped = local.heading_reset_counter != self._heading_resets
+        self._heading_resets = local.heading_reset_counter
+        if has_jumped:
+            self._manual.turned(local.delta_heading)
         if setpoint.timestamp > self._reference_us:
             since_s = (setpoint.timestamp - self._reference_us) * 1e-6 if self._reference_us else 0.0
             reference.follow(setpoint.q_d, setpoint.yaw_sp_move_rate, since_s)
             self._reference_us = setpoint.timestamp
-        elif local.heading_reset_counter != self._heading_resets:
+        elif has_jumped:
             reference.turned(local.delta_heading)
-        self._heading_resets = local.heading_reset_counter
         yaw_rate = setpoint.yaw_sp_move_rate if setpoint.yaw_sp_move_rate == setpoint.yaw_sp_move_rate else 0.0
         rates = rates_setpoint(
             q, reference.q, yaw_rate, self._attitude_gains, self._yaw_weight, self._rate_limits,

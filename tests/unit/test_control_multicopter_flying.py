@@ -11,14 +11,17 @@ from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     BatteryStatus,
     FailureDetectorStatus,
+    ManualControlSetpoint,
     Topics,
     TrajectorySetpoint,
+    VehicleAttitude,
     VehicleConstraints,
     VehicleLandDetected,
     VehicleLocalPosition,
     VehicleStatus,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from sitl_emu.core.attitude import heading, quaternion
 from sitl_emu.vehicles import load
 
 
@@ -36,14 +39,15 @@ class FlyingControl:
         topics.vehicle_land_detected = VehicleLandDetected(ground_contact=False, maybe_landed=False, landed=False)
         topics.vehicle_constraints = VehicleConstraints(want_takeoff=True)
 
-    def fly(self, steps: int, north: float = 0.0) -> None:
-        """`north`: its velocity."""
+    def fly(self, steps: int, north: float = 0.0, heading_resets: int = 0, delta_heading: float = 0.0) -> None:
+        """`north`: its velocity; how often the estimate of its heading has jumped, and by how much the last time."""
         for _ in range(steps):
             self.now_us = now_us = self.now_us + 8000
             self.topics.trajectory_setpoint = TrajectorySetpoint(now_us, velocity=(0.0, 0.0, 0.0))
             self.topics.vehicle_local_position = VehicleLocalPosition(
-                now_us, now_us, True, True, True, True, z=-5.0, vx=north
-            )
+                now_us, now_us, True, True, True, True, z=-5.0, vx=north,
+                heading_reset_counter=heading_resets, delta_heading=delta_heading,
+            )  # fmt: skip
             self.control.update_position(now_us)
             self.control.update_rate(now_us)
 
@@ -111,6 +115,22 @@ def test_a_motor_that_is_off_stands_still_where_ca_failure_mode_handles_it(handl
     topics.failure_detector_status = FailureDetectorStatus()
     flown.fly(10)
     assert min(topics.actuator_outputs.pwm) > 1000
+
+
+@pytest.mark.parametrize("jump", [0.6, -2.9])
+def test_a_jump_of_the_heading_does_not_turn_a_vehicle_that_sticks_fly(jump: float) -> None:
+    """MulticopterAttitudeControl::Run: the heading that is held in STABILIZED moves along."""
+    flown = FlyingControl()
+    topics = flown.topics
+    topics.manual_control_setpoint = ManualControlSetpoint(0, True)
+    topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.STAB)
+    before = 0.5
+    topics.vehicle_attitude = VehicleAttitude(q=quaternion(0.0, 0.0, before), euler=(0.0, 0.0, before))
+    for resets in (0, 0, 1, 1):
+        now = math.remainder(before + resets * jump, math.tau)
+        topics.vehicle_attitude = VehicleAttitude(q=quaternion(0.0, 0.0, now), euler=(0.0, 0.0, now))
+        flown.fly(100, heading_resets=resets, delta_heading=jump)
+    assert math.remainder(heading(topics.vehicle_attitude_setpoint.q_d) - now, math.tau) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_parameter_that_changes_in_flight_does_not_stop_motors_with_a_slew_rate() -> None:
