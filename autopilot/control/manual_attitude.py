@@ -60,10 +60,10 @@ class ManualAttitude:
         if not self._estimated:
             self._hover = self._thrust_hover
 
-    def let_go(self) -> None:
-        """The sticks do not lead: where they were is forgotten."""
+    def let_go(self, heading: float = NAN, unaided: float = NAN) -> None:
+        """The sticks do not lead: where they were is forgotten. `unaided`: the heading by the gyroscopes alone."""
         self._tilt = (0.0, 0.0)
-        self._yaw.reset()
+        self._yaw.reset(heading, unaided)
 
     def turned(self, delta_heading: float) -> None:
         """The estimate of the heading has jumped: one that is held jumps with it, and the vehicle does not turn."""
@@ -82,12 +82,12 @@ class ManualAttitude:
             self._hover = _towards(self._hover, max(low, min(high, wanted)), HOVER_SLEW_1_S * dt_s)
 
     def attitude(
-        self, now_us: int, dt_s: float, sticks: ManualControlSetpoint, heading: float
+        self, now_us: int, dt_s: float, sticks: ManualControlSetpoint, heading: float, unaided: float = NAN
     ) -> VehicleAttitudeSetpoint:
         """STABILIZED: roll and pitch sticks together are one tilt, in the direction of the stick."""
         if sticks.throttle < ARMING_GESTURE and self._air_mode != YAW_AND_ALL:
             self._yaw.yaw = NAN
-        self._yaw.update(expo_deadzone(sticks.yaw, self._dead_zone), heading, dt_s)
+        self._yaw.update(expo_deadzone(sticks.yaw, self._dead_zone), heading, dt_s, unaided)
         share = dt_s / (max(self._tilt_tau_s, 0.0) + dt_s)
         (x, y), most = self._tilt, self._tilt_max
         x, y = x + (sticks.roll * most - x) * share, y + (-sticks.pitch * most - y) * share

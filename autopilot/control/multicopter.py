@@ -202,7 +202,7 @@ class MulticopterControl:
         hover = topics.hover_thrust_estimate
         self._manual.follow(now_us, dt, status, landed.landed, hover.hover_thrust if hover.valid else None)
         if not by_sticks:
-            self._manual.let_go()
+            self._manual.let_go(topics.vehicle_attitude.euler[2], topics.vehicle_local_position.unaided_heading)
         if direct:
             assert offboard is not None
             if offboard.attitude is not None and is_of_mode(offboard.attitude.timestamp, status):
@@ -294,11 +294,11 @@ class MulticopterControl:
         topics = self._topics
         sticks = topics.manual_control_setpoint
         if nav_state == NavState.ACRO:
-            self._manual.let_go()
+            self._manual.let_go(topics.vehicle_attitude.euler[2], topics.vehicle_local_position.unaided_heading)
             self._set_rates(now_us, self._manual.rates(now_us, sticks))
             return
-        heading = topics.vehicle_attitude.euler[2]
-        topics.vehicle_attitude_setpoint = self._manual.attitude(now_us, dt, sticks, heading)
+        heading, unaided = topics.vehicle_attitude.euler[2], topics.vehicle_local_position.unaided_heading
+        topics.vehicle_attitude_setpoint = self._manual.attitude(now_us, dt, sticks, heading, unaided)
 
     # --- attitude, rates, motors -----------------------------------------------------------------------------
 

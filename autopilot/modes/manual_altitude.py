@@ -79,7 +79,7 @@ class ManualAltitude:
         self._climb.reset(position[2], velocity[2], acceleration[2])
         self._terrain.reset()
         self._follows_terrain = False
-        self._stick_yaw.reset()
+        self._stick_yaw.reset(local.heading, local.unaided_heading)
         self._tilt = (0.0, 0.0)
         self._speed_up, self._speed_down = self._limits.speed_up, self._limits.speed_down
         self._note_resets(local)
@@ -119,7 +119,8 @@ class ManualAltitude:
     # --- sticks -------------------------------------------------------------------------------------------------
 
     def _turn(self, local: VehicleLocalPosition, sticks: ManualControlSetpoint, dt_s: float) -> StickYaw:
-        self._stick_yaw.update(expo_deadzone(sticks.yaw, self._dead_zone), local.heading, dt_s)
+        stick = expo_deadzone(sticks.yaw, self._dead_zone)
+        self._stick_yaw.update(stick, local.heading, dt_s, local.unaided_heading)
         return self._stick_yaw
 
     def _tilted(self, sticks: ManualControlSetpoint, dt_s: float) -> Horizontal:

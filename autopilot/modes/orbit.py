@@ -180,9 +180,7 @@ class Orbit(ManualAltitude):
     ) -> tuple[float, float]:
         """Where to look, NaN for where it looks; and how fast that turns."""
         behaviour = self._behaviour
-        self._stick_yaw.update(
-            expo_deadzone(sticks.yaw, self._dead_zone), self._topics.vehicle_local_position.heading, dt_s
-        )
+        self._turn(self._topics.vehicle_local_position, sticks, dt_s)
         if behaviour == HOLD_INITIAL:
             return self._initial_yaw, NAN
         if behaviour == UNCONTROLLED:

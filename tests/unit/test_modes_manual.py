@@ -275,6 +275,28 @@ def test_the_yaw_stick_turns_and_centred_the_heading_is_held() -> None:
     assert row.setpoint.yaw == pytest.approx(row.local.heading, abs=0.01)
 
 
+@pytest.mark.parametrize("drift_deg_s", [0.5, 8.0])
+@pytest.mark.parametrize("mode", [NavState.POSCTL, NavState.ALTCTL])
+def test_a_held_heading_goes_along_while_the_estimator_turns_its_own(mode: NavState, drift_deg_s: float) -> None:
+    """StickYaw::updateYawCorrection: told from the gyroscopes alone; what turns slowly, the vehicle follows."""
+    follower = stick_flight(mode)
+    start = follower.topics.vehicle_local_position
+
+    def see(degrees: float) -> None:
+        follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(
+            heading=start.heading + math.radians(degrees), unaided_heading=start.heading
+        )
+
+    see(0.0)
+    follower.fly(1.0, lambda: see(0.0))
+    yaw = math.nan
+    for step in range(500):
+        see(min(step, 375) * 0.008 * drift_deg_s)
+        yaw = follower.fly(0.008)[0].setpoint.yaw
+    goes_along = drift_deg_s > 1.0
+    assert math.degrees(yaw - start.heading) == pytest.approx(375 * 0.008 * drift_deg_s * goes_along, abs=1.2)
+
+
 def test_without_sticks_position_mode_holds() -> None:
     follower = Follower(nav_state=NavState.POSCTL)
     local = follower.fly(4.0)[-1].local
