@@ -12,6 +12,7 @@ from sitl_emu.autopilot.modes.flight_task import Setpoint
 from sitl_emu.autopilot.modes.manual_altitude import ManualAltitude
 from sitl_emu.autopilot.modes.sticks import Horizontal, centred, expo_deadzone, north_east, within_unit_length
 from sitl_emu.autopilot.modes.velocity_smoothing import EPSILON
+from sitl_emu.autopilot.modes.weather_vane import WeatherVane
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     NAN,
@@ -64,6 +65,7 @@ class DirectPosition(DirectAltitude):
     """The flight task of POSCTL."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
+        self._weather_vane = WeatherVane(topics, parameters)
         self._place: Horizontal = (NAN, NAN)
         """Held; NaN while it moves."""
         self._xy_reset_counter = 0
@@ -76,6 +78,7 @@ class DirectPosition(DirectAltitude):
         self._fastest = max(float(value["MPC_VEL_MANUAL"]), LEAST_FULL_SPEED_M_S)
         self._aside, self._back = float(value["MPC_VEL_MAN_SIDE"]), float(value["MPC_VEL_MAN_BACK"])
         self._stands_below = float(value["MPC_HOLD_MAX_XY"])
+        self._weather_vane.refresh(value)
 
     def activate(self, last: TrajectorySetpoint) -> None:
         """Hold the place where it is."""
@@ -91,7 +94,8 @@ class DirectPosition(DirectAltitude):
         yaw = self._turn(local, sticks, dt_s)
         z, vz, _ = self._vertical(sticks, dt_s)
         self._hold_place(local, velocity)
-        setpoint = TrajectorySetpoint(now_us, (*self._place, z), (*velocity, vz), NAN3, yaw.yaw, yaw.yawspeed)
+        turn = self._weather_vane.beside_stick(yaw, holds_place=math.isfinite(self._place[0]))
+        setpoint = TrajectorySetpoint(now_us, (*self._place, z), (*velocity, vz), NAN3, *turn)
         return setpoint, self._constraints(sticks)
 
     def _velocity(self, local: VehicleLocalPosition, sticks: ManualControlSetpoint) -> Horizontal:

@@ -16,7 +16,7 @@ from sitl_emu.autopilot.modes.sticks import centred, expo_deadzone
 from sitl_emu.autopilot.modes.velocity_smoothing import EPSILON
 from sitl_emu.autopilot.modes.weather_vane import WeatherVane
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import NAN, Topics, TrajectorySetpoint, VehicleLocalPosition
+from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint, VehicleLocalPosition
 
 HIGH: Final = 0.8
 SLOW_M_S: Final = 2.0
@@ -58,11 +58,8 @@ class ManualPosition(ManualAltitude):
         flown.velocity_constraint = min(self._speed_constraint, self._fastest_seen(local))
         flown.update(now_us, forward, right, heading, dt_s)
         (x, y), (vx, vy), (ax, ay) = flown.position, flown.velocity, flown.acceleration
-        heading, yawspeed = yaw.yaw, yaw.yawspeed
-        if self._weather_vane.enabled:
-            heading = yaw.yaw = NAN
-            yawspeed += self._weather_vane.yawspeed() if math.isfinite(x + y) else 0.0
-        setpoint = TrajectorySetpoint(now_us, (x, y, z), (vx, vy, vz), (ax, ay, az), heading, yawspeed)
+        turn = self._weather_vane.beside_stick(yaw, holds_place=math.isfinite(x + y))
+        setpoint = TrajectorySetpoint(now_us, (x, y, z), (vx, vy, vz), (ax, ay, az), *turn)
         return setpoint, self._constraints(sticks)
 
     def _ceiling_m(self, local: VehicleLocalPosition) -> float:

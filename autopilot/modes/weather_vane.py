@@ -6,6 +6,7 @@ WV_GAIN, no faster than WV_YRATE_MAX. A heading that the navigator wants goes be
 
 import math
 
+from sitl_emu.autopilot.modes.sticks import StickYaw
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core.attitude import rotation
@@ -34,3 +35,10 @@ class WeatherVane:
         roll = -math.asin(max(-1.0, min(1.0, right)))
         excess = math.copysign(max(abs(roll) - self._least_roll, 0.0), roll)
         return max(-self._fastest, min(self._fastest, excess * self._gain))
+
+    def beside_stick(self, yaw: StickYaw, *, holds_place: bool) -> tuple[float, float]:
+        """Yaw and its rate of a mode that sticks fly: no heading is held, and it turns while a place is."""
+        if not self.enabled:
+            return yaw.yaw, yaw.yawspeed
+        yaw.yaw = math.nan
+        return yaw.yaw, yaw.yawspeed + (self.yawspeed() if holds_place else 0.0)

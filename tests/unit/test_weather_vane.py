@@ -26,11 +26,15 @@ def holding(nav_state: NavState = NavState.AUTO_LOITER, **changes: float) -> Fol
     return follower
 
 
-@pytest.mark.parametrize("nav_state", [NavState.AUTO_LOITER, NavState.POSCTL])
+@pytest.mark.parametrize(
+    ("nav_state", "position_mode"), [(NavState.AUTO_LOITER, 4), (NavState.POSCTL, 4), (NavState.POSCTL, 0)]
+)
 @pytest.mark.parametrize(("roll_deg", "deg_s"), [(0.9, 0.0), (6.0, 10.0), (-6.0, -10.0), (30.0, 12.0)])
-def test_it_turns_to_the_side_to_which_it_leans(nav_state: NavState, roll_deg: float, deg_s: float) -> None:
+def test_it_turns_to_the_side_to_which_it_leans(
+    nav_state: NavState, position_mode: int, roll_deg: float, deg_s: float
+) -> None:
     """By 2 Hz of what goes past 1 degree, no faster than 12 degrees a second."""
-    follower = holding(nav_state, WV_GAIN=2.0, WV_YRATE_MAX=12.0)
+    follower = holding(nav_state, WV_GAIN=2.0, WV_YRATE_MAX=12.0, MPC_POS_MODE=position_mode)
     follower.fly(0.5)
     leaning(follower, roll_deg, follower.topics.vehicle_local_position.heading)
     setpoint = follower.fly(0.008)[-1].setpoint
