@@ -27,6 +27,7 @@ from sitl_emu.autopilot.control.mc_pos_control import (
     Limits,
     PositionControl,
     PositionControlGains,
+    States,
     attitude_of_thrust,
     complete,
     failsafe_setpoint,
@@ -184,6 +185,8 @@ class MulticopterControl:
         dt = max(0.002, min(0.04, (now_us - self._position_us) * 1e-6))
         self._position_us = now_us
         self._attitude_due = True
+        # In every mode: its filters know the velocity when one begins that controls it
+        states = self._vehicle_states.update(topics.vehicle_local_position, dt)
         armed = topics.actuator_armed.armed
         nav_state = status.nav_state
         by_sticks = nav_state in STICKS_TO_THRUST
@@ -212,13 +215,13 @@ class MulticopterControl:
             self._fly_sticks(now_us, dt, nav_state)
             self._position.reset_integral()
         else:
-            self._fly_trajectory(now_us, dt, flying, flying and landed.ground_contact)
+            self._fly_trajectory(now_us, dt, states, flying, flying and landed.ground_contact)
 
     def _slew_tilt_limit(self, target: float, dt: float) -> None:
         step = TILT_LIMIT_SLEW_RAD_S * dt
         self._tilt_limit += max(-step, min(step, target - self._tilt_limit))
 
-    def _fly_trajectory(self, now_us: int, dt: float, flying: bool, touching: bool) -> None:
+    def _fly_trajectory(self, now_us: int, dt: float, states: States, flying: bool, touching: bool) -> None:
         topics, control, takeoff = self._topics, self._position, self._takeoff
         setpoint, constraints = topics.trajectory_setpoint, topics.vehicle_constraints
         local = topics.vehicle_local_position
@@ -242,7 +245,6 @@ class MulticopterControl:
             self._thrust_max,
             self._tilt_limit,
         )
-        states = self._vehicle_states.update(local, dt)
         vn, ve, vd = states.velocity
         states = states._replace(velocity=(vn, ve, climb_velocity(setpoint, local, vd, self._land_speed)))
         if complete(setpoint, states):

@@ -62,6 +62,19 @@ def test_the_velocity_passes_a_low_pass_where_mpc_vel_lp_has_one(cutoff_hz: floa
     assert told.acceleration[0] == pytest.approx(-after_80_ms * flown.parameters["MPC_XY_VEL_P_ACC"], rel=0.03)
 
 
+def test_a_mode_that_controls_the_velocity_begins_without_a_kick_whatever_it_was_before() -> None:
+    """MulticopterPositionControl::Run: set_vehicle_states follows the velocity in every mode."""
+    flown = FlyingControl(MPC_XY_VEL_I_ACC=0.0)
+    topics = flown.topics
+    flown.fly(50)
+    topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.STAB)
+    flown.fly(100, north=4.0)
+    topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.POSCTL)
+    flown.fly(1, north=4.0)
+    asked = topics.vehicle_local_position_setpoint.acceleration[0]
+    assert asked == pytest.approx(-4.0 * flown.parameters["MPC_XY_VEL_P_ACC"], rel=1e-3)
+
+
 @pytest.mark.parametrize(("bandwidth_hz", "left"), [(0.0, 1.0), (2.0, 0.0)])
 def test_a_velocity_that_shakes_is_filtered_where_mpc_vel_nf_frq_has_a_notch(bandwidth_hz: float, left: float) -> None:
     """MulticopterPositionControl::set_vehicle_states; what is steady passes."""
