@@ -1,7 +1,8 @@
-"""Where a multicopter is, as its position control sees it: what is known of it, the velocity filtered.
+"""Where a multicopter is and is to be, as its position control sees it: the velocity filtered, jumps taken out.
 
 PX4's MulticopterPositionControl::set_vehicle_states (src/modules/mc_pos_control, v1.18): a notch filter of the velocity
 (MPC_VEL_NF_FRQ, MPC_VEL_NF_BW), then a low-pass (MPC_VEL_LP); another low-pass of its derivative (MPC_VELD_LP).
+A setpoint that is older than a jump of the estimate is moved along (adjustSetpointForEKFResets).
 """
 
 from typing import Final
@@ -11,6 +12,7 @@ from sitl_emu.autopilot.control.mc_pos_control import States
 from sitl_emu.autopilot.estimator.imu_filter import NotchFilter, alpha
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import NAN, TrajectorySetpoint, Vector3, VehicleLocalPosition
+from sitl_emu.core.geodesy import wrap_pi
 
 SAMPLE_HZ: Final = 125.0
 """How often local positions come, which PX4 measures."""
@@ -85,6 +87,40 @@ class VehicleStates:
     def _reset_notch_xy(self) -> None:
         self._notch_n.reset()
         self._notch_e.reset()
+
+
+class LastSetpoint:
+    """The last setpoint that came; `value` is where that is now: until the next comes it jumps with the estimate."""
+
+    def __init__(self) -> None:
+        self._told = self.value = TrajectorySetpoint()
+        self._resets = (0, 0, 0, 0, 0)
+
+    def update(self, told: TrajectorySetpoint, local: VehicleLocalPosition) -> None:
+        """One more step, with the setpoint that came last; in every mode, so that no old jump moves a new setpoint."""
+        if told is not self._told:
+            self._told = self.value = told
+        resets = (
+            local.xy_reset_counter,
+            local.z_reset_counter,
+            local.vxy_reset_counter,
+            local.vz_reset_counter,
+            local.heading_reset_counter,
+        )
+        if resets != self._resets:
+            place, height, speed, climb, turn = (new != old for new, old in zip(resets, self._resets, strict=True))
+            self._resets = resets
+            if 0 < told.timestamp < local.timestamp:
+                (x, y, z), (vx, vy, vz) = self.value.position, self.value.velocity
+                if place:
+                    x, y = x + local.delta_xy[0], y + local.delta_xy[1]
+                if speed:
+                    vx, vy = vx + local.delta_vxy[0], vy + local.delta_vxy[1]
+                self.value = self.value._replace(
+                    position=(x, y, z + local.delta_z if height else z),
+                    velocity=(vx, vy, vz + local.delta_vz if climb else vz),
+                    yaw=wrap_pi(self.value.yaw + local.delta_heading) if turn else self.value.yaw,
+                )
 
 
 def climb_velocity(

@@ -7,7 +7,7 @@ its attitude or rates where it has some, every other mode by trajectory_setpoint
 the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode don't count
 there: until the first comes, what was there before goes on.
 
-Left out: trajectory steps at estimator resets (setpoints come anew every 8 ms), and in a termination the parachute.
+Left out: in a termination the parachute.
 """
 
 import math
@@ -33,7 +33,7 @@ from sitl_emu.autopilot.control.mc_pos_control import (
     failsafe_setpoint,
 )
 from sitl_emu.autopilot.control.mc_rate_control import RateControl
-from sitl_emu.autopilot.control.mc_states import VehicleStates, climb_velocity
+from sitl_emu.autopilot.control.mc_states import LastSetpoint, VehicleStates, climb_velocity
 from sitl_emu.autopilot.control.takeoff import TakeoffHandling
 from sitl_emu.autopilot.estimator.imu_filter import alpha
 from sitl_emu.autopilot.events.texts import Say
@@ -99,7 +99,7 @@ class MulticopterControl:
         """What of OFFBOARD has gone to the motors last."""
         self._battery_scale = 1.0
         """What thrust and torque are multiplied by."""
-        self._vehicle_states = VehicleStates(parameters)
+        self._vehicle_states, self._setpoint = VehicleStates(parameters), LastSetpoint()
         self._allocation = MulticopterAllocation(topics, parameters)
         self.autotune = McAutotune(topics, parameters, say)
         self.started = (self._allocation.group_test, self.autotune)
@@ -187,6 +187,7 @@ class MulticopterControl:
         self._attitude_due = True
         # In every mode: its filters know the velocity when one begins that controls it
         states = self._vehicle_states.update(topics.vehicle_local_position, dt)
+        self._setpoint.update(topics.trajectory_setpoint, topics.vehicle_local_position)
         armed = topics.actuator_armed.armed
         nav_state = status.nav_state
         by_sticks = nav_state in STICKS_TO_THRUST
@@ -223,7 +224,7 @@ class MulticopterControl:
 
     def _fly_trajectory(self, now_us: int, dt: float, states: States, flying: bool, touching: bool) -> None:
         topics, control, takeoff = self._topics, self._position, self._takeoff
-        setpoint, constraints = topics.trajectory_setpoint, topics.vehicle_constraints
+        setpoint, constraints = self._setpoint.value, topics.vehicle_constraints
         local = topics.vehicle_local_position
         if takeoff.state == TakeoffState.RAMPUP and setpoint.velocity[2] == setpoint.velocity[2]:
             # what is fed forward does not lift it off before its ramp

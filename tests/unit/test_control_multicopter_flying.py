@@ -130,6 +130,30 @@ def test_a_motor_that_is_off_stands_still_where_ca_failure_mode_handles_it(handl
     assert min(topics.actuator_outputs.pwm) > 1000
 
 
+def test_a_setpoint_moves_along_where_the_estimate_jumps_until_the_next_one_comes() -> None:
+    """MulticopterPositionControl::adjustSetpointForEKFResets: whoever flies OFFBOARD learns of it late."""
+    flown, told = FlyingControl(), TrajectorySetpoint(8000, (3.0, 0.0, -5.0), (0.1, 0.0, 0.2), yaw=3.0)
+    topics = flown.topics
+    local = VehicleLocalPosition(8000, 8000, True, True, True, True, z=-5.0)
+
+    def tracked(setpoint: TrajectorySetpoint, here: VehicleLocalPosition) -> tuple[float, float, float, float]:
+        flown.now_us += 8000
+        topics.trajectory_setpoint = setpoint
+        topics.vehicle_local_position = here._replace(timestamp=flown.now_us)
+        flown.control.update_position(flown.now_us)
+        target = topics.vehicle_local_position_setpoint
+        return target.x, target.y, target.z, target.yaw
+
+    assert tracked(told, local) == (3.0, 0.0, -5.0, 3.0)
+    jumped = local._replace(
+        x=10.0, delta_xy=(10.0, 2.0), xy_reset_counter=1, delta_z=1.5, z_reset_counter=1,
+        delta_heading=0.5, heading_reset_counter=1,
+    )  # fmt: skip
+    for _ in range(3):
+        assert tracked(told, jumped) == pytest.approx((13.0, 2.0, -3.5, 3.5 - math.tau))
+    assert tracked(told._replace(timestamp=flown.now_us), jumped) == (3.0, 0.0, -5.0, 3.0)
+
+
 @pytest.mark.parametrize("jump", [0.6, -2.9])
 def test_a_jump_of_the_heading_does_not_turn_a_vehicle_that_sticks_fly(jump: float) -> None:
     """MulticopterAttitudeControl::Run: the heading that is held in STABILIZED moves along."""
