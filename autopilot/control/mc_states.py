@@ -46,15 +46,6 @@ class VehicleStates:
         vn, ve, vd = local.vx, local.vy, local.vz
         ln, le, ld = self._velocity
         dn, de, dd = self._velocity_derivative
-        resets = (local.vxy_reset_counter, local.vz_reset_counter)
-        if resets != self._resets:
-            if resets[0] != self._resets[0]:
-                ln, le = ln + local.delta_vxy[0], le + local.delta_vxy[1]
-                self._reset_notch_xy()
-            if resets[1] != self._resets[1]:
-                ld += local.delta_vz
-                self._notch_d.reset()
-            self._resets = resets
         if not self._notch_n.through:
             vn, ve, vd = self._notch_n.update(vn), self._notch_e.update(ve), self._notch_d.update(vd)
         if self._velocity_cutoff > 0.0:
@@ -72,6 +63,7 @@ class VehicleStates:
             self._velocity, dd = (*self._velocity[:2], 0.0), 0.0
             self._notch_d.reset()
         self._velocity_derivative = derivative = (dn, de, dd)
+        self._follow_jumps(local)
         if local.xy_valid and local.z_valid and local.v_xy_valid and local.v_z_valid:
             return States((local.x, local.y, local.z), velocity, derivative, local.heading)
         x, y = (local.x, local.y) if local.xy_valid else (NAN, NAN)
@@ -83,6 +75,23 @@ class VehicleStates:
             derivative,
             local.heading,
         )
+
+    def _follow_jumps(self, local: VehicleLocalPosition) -> None:
+        """What is filtered jumps with the estimate, after the jump has been filtered: PX4 does so in this order.
+
+        Where no low-pass has held it back (MPC_VEL_LP 0) it counts twice: the derivative kicks one way, then the other.
+        """
+        resets = (local.vxy_reset_counter, local.vz_reset_counter)
+        if resets == self._resets:
+            return
+        (vn, ve, vd), before, self._resets = self._velocity, self._resets, resets
+        if resets[0] != before[0]:
+            vn, ve = vn + local.delta_vxy[0], ve + local.delta_vxy[1]
+            self._reset_notch_xy()
+        if resets[1] != before[1]:
+            vd += local.delta_vz
+            self._notch_d.reset()
+        self._velocity = (vn, ve, vd)
 
     def _reset_notch_xy(self) -> None:
         self._notch_n.reset()

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.control.mc_states import VehicleStates
 from sitl_emu.autopilot.control.multicopter import MulticopterControl
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
@@ -73,6 +74,15 @@ def test_a_mode_that_controls_the_velocity_begins_without_a_kick_whatever_it_was
     flown.fly(1, north=4.0)
     asked = topics.vehicle_local_position_setpoint.acceleration[0]
     assert asked == pytest.approx(-4.0 * flown.parameters["MPC_XY_VEL_P_ACC"], rel=1e-3)
+
+
+def test_a_jump_of_the_velocity_kicks_its_derivative_both_ways() -> None:
+    """MulticopterPositionControl::Run filters a velocity before it moves the filters along."""
+    states = VehicleStates(Parameters(VehicleKind.MULTICOPTER, {"MPC_VEL_LP": 0.0, "MPC_VELD_LP": 0.0}))
+    local = VehicleLocalPosition(1, 1, True, True, True, True)
+    jumped = local._replace(vx=2.0, vxy_reset_counter=1, delta_vxy=(2.0, 0.0))
+    seen = [states.update(each, 0.008).acceleration[0] * 0.008 for each in (local, jumped, jumped, jumped)]
+    assert seen == pytest.approx([0.0, 2.0, -2.0, 0.0])
 
 
 @pytest.mark.parametrize(("bandwidth_hz", "left"), [(0.0, 1.0), (2.0, 0.0)])
