@@ -112,10 +112,17 @@ def test_arguments_are_packed_as_the_table_types_them() -> None:
         ("navigator_change_altitude_outside_geofence", Severity.CRITICAL, (), 0x63),
         ("navigator_course_change_altitude_outside_geofence", Severity.CRITICAL, (), 0x63),
         ("mavlink_log_not_enough_bw", Severity.CRITICAL, (1000,), 0x33),
+        ("mc_pos_ctrl_cruise_set", Severity.CRITICAL, (4.0,), 0x44),
+        ("ekf2_mag_type_invalid", Severity.CRITICAL, (7.0,), 0x44),
     ],
 )
-def test_the_log_has_its_own_level(name: str, severity: Severity, arguments: tuple[int, ...], levels: int) -> None:
-    """As PX4's modules send them (Commander.cpp, failsafe/framework.cpp, navigator_main.cpp, mavlink_receiver.cpp)."""
+def test_an_event_has_levels_of_its_own(
+    name: str, severity: Severity, arguments: tuple[float, ...], levels: int
+) -> None:
+    """As PX4 sends them (Commander.cpp, failsafe/framework.cpp, MulticopterPositionControl.cpp, navigator_main.cpp).
+
+    `severity` is that of the text; the level for the log is in the high half, that for people in the low one.
+    """
     events = Events()
     events.send(name, severity, *arguments)
     assert events.recent[-1].log_levels == levels
