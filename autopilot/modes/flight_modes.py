@@ -86,8 +86,8 @@ class FlightModes:
                 self._parameters.set("MPC_POS_MODE", 4)
         if task is not self._task:
             before, self._task = self._task, task
-            if before is self._follow_target:
-                self._follow_target.end(now_us)
+            if isinstance(before, FollowTargetTask | ManualPositionSlow):
+                before.end(now_us)
             if task is None:
                 topics.trajectory_setpoint = TrajectorySetpoint(now_us)
             else:

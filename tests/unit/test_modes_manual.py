@@ -10,6 +10,8 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.modes.sticks import expo_deadzone
 from sitl_emu.autopilot.topics import (
     CommandRecord,
+    GimbalDeviceAttitudeStatus,
+    GimbalManagerStatus,
     ManualControlSetpoint,
     OffboardSetpoint,
     TrajectorySetpoint,
@@ -17,6 +19,7 @@ from sitl_emu.autopilot.topics import (
     VehicleLocalPositionSetpoint,
     VelocityLimits,
 )
+from sitl_emu.core.attitude import quaternion
 from tests.unit.modes_follower import ALTITUDE_M, HOME, Follower
 
 DO_ORBIT = 34
@@ -229,6 +232,33 @@ def test_limits_that_mavlink_tells_go_before_those_of_the_parameters() -> None:
     assert (local.vx, local.vz) == pytest.approx((5.0, -least), abs=0.1)
     move(follower, yaw=1.0)
     assert math.degrees(follower.fly(3.0)[-1].setpoint.yawspeed) == pytest.approx(45.0, abs=1.0)
+
+
+def test_position_slow_turns_a_gimbal_and_follows_it_and_gives_it_back() -> None:
+    """FlightTaskManualAccelerationSlow::update: rates by MC_SLOW_DEF_YAWR, pitch by the knob of MC_SLOW_MAP_PTCH."""
+    follower = stick_flight(NavState.POSITION_SLOW, MC_SLOW_MAP_PTCH=1)
+    topics, all_locked = follower.topics, 0b11100
+    move(follower, yaw=-0.5, aux1=0.4)
+    assert follower.fly(0.1)[-1].setpoint.yawspeed < 0.0 and not topics.gimbal_manager_set_attitude.timestamp
+
+    def tells(flags: int) -> None:
+        topics.gimbal_device_attitude_status = GimbalDeviceAttitudeStatus(
+            follower.now_us, flags, quaternion(0.0, -0.3, 1.2)
+        )
+        topics.gimbal_manager_status = GimbalManagerStatus(follower.now_us, flags, 154, 255, 190)
+
+    setpoint = follower.fly(0.008, lambda: tells(0))[-1].setpoint
+    told, rate = topics.gimbal_manager_set_attitude, math.radians(45.0)
+    assert (told.origin_sysid, told.origin_compid, told.flags) == (1, 1, all_locked)
+    assert told.angular_velocity[1:] == pytest.approx((0.4 * rate, -0.5 * rate))
+    assert (math.isnan(setpoint.yaw), setpoint.yawspeed) == (True, pytest.approx(-0.5 * rate))
+    assert [record.command[1:5] for record in topics.navigator_commands] == [(1.0, 1.0, -1.0, -1.0)]
+    assert follower.fly(0.008, lambda: tells(all_locked))[-1].setpoint.yaw == pytest.approx(1.2)
+    topics.vehicle_status = topics.vehicle_status._replace(nav_state=NavState.POSCTL)
+    follower.fly(0.008)
+    told = topics.gimbal_manager_set_attitude
+    assert (told.flags, told.angular_velocity[1:]) == (0b01100, (0.0, 0.0))
+    assert topics.navigator_commands[-1].command[1:5] == (-3.0, -3.0, -1.0, -1.0)
 
 
 def test_in_altitude_cruise_the_tilt_stays() -> None:
