@@ -131,6 +131,7 @@ class Auto:
         Begun anew on the ground it knows that it does: else nobody would take off (FlightTaskAuto::_yaw_sp_aligned).
         """
         self._yaw_aligned = False
+        self._land_nudge.forget()
 
     def activate(self, last: TrajectorySetpoint) -> None:
         """Go on from the last setpoint."""

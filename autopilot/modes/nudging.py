@@ -79,6 +79,10 @@ class LandNudge:
         self._jerk, self._acceleration = float(value["MPC_JERK_MAX"]), float(value["MPC_ACC_HOR"])
         self._horizontal.refresh(value)
 
+    def forget(self) -> None:
+        """An AUTO mode is entered: how fast sticks moved the landing of another time is forgotten."""
+        self._horizontal.reset((0.0, 0.0), (0.0, 0.0))
+
     def begin(self, place: Horizontal) -> None:
         """A landing begins, to this place."""
         self._centre = self._horizontal.position = place

@@ -81,6 +81,17 @@ def test_pitch_and_roll_move_a_landing_where_they_may(bits: int, moved: bool) ->
     assert after.vz > 0.5
 
 
+def test_a_landing_that_sticks_moved_once_leaves_the_next_one_where_it_is() -> None:
+    """PX4 makes FlightTaskAuto anew when an AUTO mode is entered, and with it what the sticks accelerate."""
+    follower = landing()
+    hold(follower, 2.0, pitch=1.0)
+    enter(follower, NavState.POSCTL)
+    stopped = follower.fly(6.0)[-1].local
+    enter(follower, NavState.AUTO_LAND)
+    follower.go((stopped.x, stopped.y, 0.0), kind=SetpointType.LAND)
+    assert max(abs(row.local.x - stopped.x) for row in follower.fly(3.0)) < 0.05
+
+
 def test_pitch_is_seen_from_the_heading_and_the_yaw_stick_turns_a_landing() -> None:
     follower = landing()
     hold(follower, 2.0, yaw=0.5)
