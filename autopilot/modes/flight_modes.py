@@ -23,6 +23,7 @@ from sitl_emu.autopilot.modes.manual_position_slow import ManualPositionSlow
 from sitl_emu.autopilot.modes.offboard import Offboard
 from sitl_emu.autopilot.modes.orbit import Orbit
 from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
 from sitl_emu.autopilot.topics import LandingGear, Topics, TrajectorySetpoint, Vector3, VehicleConstraints
 
 LONGEST_STEP_S: Final = 0.1
@@ -65,14 +66,13 @@ class FlightModes:
         self._updated_us = 0
         self._gear = GEAR_KEEP
         topics.vehicle_constraints = VehicleConstraints(parameters["MPC_Z_VEL_MAX_UP"], parameters["MPC_Z_VEL_MAX_DN"])
-        self._version = parameters.version
+        self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.version)
 
     def update(self, now_us: int) -> None:
         """One step, at 125 Hz."""
         topics = self._topics
         status = topics.vehicle_status
-        if self._version != self._parameters.version:
-            self._version = self._parameters.version
+        if self._updates.updated(now_us, self._parameters.version):
             for each in (*self.tasks.values(), *self._direct.values()):
                 each.refresh()
         dt_s = min((now_us - self._updated_us) * 1e-6, LONGEST_STEP_S)
@@ -91,6 +91,7 @@ class FlightModes:
             if task is None:
                 topics.trajectory_setpoint = TrajectorySetpoint(now_us)
             else:
+                task.refresh()  # PX4 makes a task anew: it knows at once what has changed
                 if task is self._follow_target:
                     self._follow_target.begin()
                 elif task is self._auto:

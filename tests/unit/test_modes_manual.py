@@ -568,7 +568,31 @@ def test_sticks_change_radius_and_speed() -> None:
     assert flown_round(follower, 3.0)[1] == pytest.approx(expected, abs=0.2)
 
 
-def test_changed_parameters_count_at_once() -> None:
+def test_a_changed_parameter_counts_at_once_and_another_within_a_second() -> None:
+    """FlightModeManager.hpp: its parameter_update has an interval of a second; a mode that begins knows all of them."""
+    follower = stick_flight()
+    limit = follower.topics.vehicle_constraints.speed_down
+    move(follower, throttle=-1.0)
+
+    def limited(seconds: float) -> float:
+        follower.fly(seconds)
+        return follower.topics.vehicle_constraints.speed_down
+
+    topics = follower.topics
+    topics.vehicle_local_position = topics.vehicle_local_position._replace(dist_bottom=30.0, dist_bottom_valid=True)
+    follower.parameters.set("MPC_Z_VEL_MAX_DN", limit + 1.0)
+    assert limited(0.008) == limit + 1.0
+    follower.parameters.set("MPC_Z_VEL_MAX_DN", limit + 2.0)
+    assert limited(0.008) == limit + 2.0, "after a pause two pass in a row"
+    follower.parameters.set("MPC_Z_VEL_MAX_DN", limit + 3.0)
+    assert limited(0.5) == limit + 2.0
+    topics.vehicle_status = topics.vehicle_status._replace(nav_state=NavState.ALTCTL)
+    assert limited(0.008) == limit + 3.0
+    follower.parameters.set("MPC_Z_VEL_MAX_DN", limit + 4.0)
+    assert limited(0.2) == limit + 3.0 and limited(0.5) == limit + 4.0
+
+
+def test_a_changed_cruise_speed_counts_on_the_way() -> None:
     follower = Follower()
     follower.go((200.0, 0.0, 10.0))
     follower.fly(6.0)
