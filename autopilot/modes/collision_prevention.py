@@ -17,7 +17,7 @@ from sitl_emu.autopilot.modes.trajectory_constraints import max_speed_from_dista
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.attitude import rotated, rotation
+from sitl_emu.core.attitude import heading, rotated, rotation
 from sitl_emu.core.c_types import truncated
 
 BINS = 72
@@ -37,6 +37,7 @@ LEAST_STICK = 0.001
 YAW_OF_ORIENTATION_DEG = 45
 """MAV_SENSOR_ORIENTATION 0 to 7 turn by this to the right."""
 HORIZONTAL = range(8)
+UPWARD, DOWNWARD, CUSTOM = 24, 25, 100
 NOTHING_IN_RANGE = (-1.0, 0)
 """Distance and signal quality of a sensor that sees as far as it can."""
 LEAST_PROJECTION = 1.2e-7
@@ -159,7 +160,8 @@ class CollisionPrevention:
                     self._enter(obstacles.timestamp, index, distance, obstacles.max_distance)
 
     def _add_sensor(self, sensor: DistanceSensorSample) -> None:
-        if sensor.orientation not in HORIZONTAL:
+        yaw = _yaw_of(sensor)
+        if yaw is None:
             return
         self._heard_us = max(self._heard_us, sensor.timestamp)
         self._nearest_cm = min(self._nearest_cm, int(sensor.min_distance * 100.0))
@@ -168,9 +170,9 @@ class CollisionPrevention:
             reading = sensor.max_distance
         if not reading > sensor.min_distance:
             return
-        middle, half = sensor.orientation * YAW_OF_ORIENTATION_DEG, math.degrees(sensor.h_fov) / 2.0
+        middle, half = math.degrees(yaw), math.degrees(sensor.h_fov) / 2.0
         if reading < sensor.max_distance:
-            reading *= self._horizontal_share(math.radians(middle))
+            reading *= self._horizontal_share(yaw)
         reading_cm, furthest_cm = nearest(100.0 * reading), nearest(100.0 * sensor.max_distance)
         for index in range(nearest((middle - half) / BIN_DEG), nearest((middle + half) / BIN_DEG) + 1):
             self._enter(sensor.timestamp, index % BINS, reading_cm, furthest_cm)
@@ -267,6 +269,19 @@ def _touched(place: int, increment: float, offset: float) -> range:
         lower -= 360.0
     first, last = math.floor(lower / BIN_DEG - 0.5) + 1, math.ceil(upper / BIN_DEG + 0.5)
     return range(max(first, 0), min(last, BINS))
+
+
+def _yaw_of(sensor: DistanceSensorSample) -> float | None:
+    """To where it looks, 0 to 2π to the right; None up, down or nowhere (sensor_orientation_to_yaw_offset).
+
+    An orientation that is neither level nor of its own is taken for forward.
+    """
+    if sensor.orientation in (UPWARD, DOWNWARD):
+        return None
+    if sensor.orientation != CUSTOM:
+        return math.radians(sensor.orientation * YAW_OF_ORIENTATION_DEG) if sensor.orientation in HORIZONTAL else 0.0
+    yaw = heading(sensor.q)
+    return yaw % math.tau if math.isfinite(yaw) else None
 
 
 def _is_fresh(now_us: int, time_us: int) -> bool:

@@ -92,6 +92,8 @@ class DistanceSensorSample(NamedTuple):
     h_fov: float = 0.0
     signal_quality: int = -1
     """Percent; 0 where nothing is seen, -1 where the sensor does not tell."""
+    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    """Where it looks if its orientation is 100, MAV_SENSOR_ROTATION_CUSTOM."""
 
 
 class SensorsStatusImu(NamedTuple):

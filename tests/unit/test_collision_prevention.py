@@ -147,6 +147,17 @@ def test_a_sensor_tells_the_directions_that_are_nearest_to_its_borders() -> None
     assert sensed(reading(5.0, AHEAD, 16.0)) == dict.fromkeys((70, 71, 0, 1, 2), 500)
 
 
+@pytest.mark.parametrize(
+    ("orientation", "yaw_deg", "middle"),
+    [(100, 90.0, 18), (100, -40.0, 64), (100, math.nan, None), (12, 90.0, 0), (24, 90.0, None), (25, 90.0, None)],
+)
+def test_a_sensor_may_look_anywhere(orientation: int, yaw_deg: float, middle: int | None) -> None:
+    """ObstacleMath's sensor_orientation_to_yaw_offset: 100 tells it by its quaternion; 12 turns about roll."""
+    q = quaternion(0.0, 0.0, math.radians(yaw_deg))
+    known = sensed(reading(5.0, orientation, 9.0)._replace(q=q))
+    assert known == ({} if middle is None else dict.fromkeys(((middle + step) % 72 for step in (-1, 0, 1)), 500))
+
+
 @pytest.mark.parametrize("metres", [0.1, 0.2, 0.0, math.nan])
 def test_what_is_nearer_than_a_sensor_can_measure_tells_nothing(metres: float) -> None:
     """CollisionPrevention.cpp: the direction stays as it was, and is unknown after half a second."""
@@ -173,7 +184,7 @@ def test_a_message_from_a_sensor_that_looks_aside_is_taken_as_it_is() -> None:
             1, mavlink.MAVLink_distance_sensor_message(0, 20, 1000, cm, 0, 0, RIGHT, 0, 0.1, 0.1, [0] * 4, quality)
         )
         assert sample.current_distance == pytest.approx(cm * 0.01)
-        assert sample.signal_quality == percent
+        assert (sample.signal_quality, sample.q) == (percent, (0.0, 0.0, 0.0, 0.0))
     down = distance(1, mavlink.MAVLink_distance_sensor_message(0, 20, 1000, 5, 0, 0, 25, 0))
     assert math.isnan(down.current_distance)
 

@@ -72,4 +72,5 @@ def distance(now_us: int, message: Any) -> DistanceSensorSample:
         message.orientation,
         max(0.0, min(2.0 * math.pi, fov)),
         -1 if quality == UNKNOWN_SIGNAL_QUALITY else 100 * (quality - 1) // 99,
+        tuple(message.quaternion),
     )
