@@ -88,7 +88,7 @@ class Auto:
         self._kind: int = SetpointType.LOITER
         """Of the setpoint flown last."""
         self._yaw = self._yawspeed = NAN
-        """Flown last."""
+        """Flown last; the yaw is NaN where none was, and MPC_YAW_MODE 3 holds none before it moves."""
         self._triplet_yaw = NAN
         self._yaw_lock = False
         self._yaw_aligned = False
@@ -139,7 +139,7 @@ class Auto:
         self._smoothing.reset(*start_state(last, local))
         yaw = last.yaw if math.isfinite(last.yaw) else local.heading
         self._heading.reset(yaw, last.yawspeed if math.isfinite(last.yawspeed) else 0.0)
-        self._yaw, self._yawspeed = yaw, 0.0
+        self._yaw, self._yawspeed = last.yaw, 0.0
         self._triplet_yaw, self._yaw_nudge.is_active = NAN, False
         self._kind = SetpointType.LOITER
         self._yaw_lock = self._braking = False

@@ -145,6 +145,20 @@ def test_mpc_yaw_mode_3_looks_along_the_trajectory_and_keeps_that_near_its_end()
     assert math.degrees(follower.fly(14.0)[-1].local.heading) == pytest.approx(135.0, abs=2.0)
 
 
+@pytest.mark.parametrize("held", [0.4, math.nan])
+def test_mpc_yaw_mode_3_holds_the_heading_of_the_last_mode_before_it_moves(held: float) -> None:
+    """FlightTaskAuto::activate takes the last setpoint's for the previous one; after sticks to thrust there is none."""
+    follower = Follower(nav_state=NavState.STAB, MPC_YAW_MODE=3)
+    follower.fly(0.1)
+    follower.topics.trajectory_setpoint = TrajectorySetpoint(follower.now_us, yaw=held)
+    follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
+    follower.go((0.0, 0.0, 10.0), kind=SetpointType.LOITER)
+    yaw = follower.fly(0.1)[-1].setpoint.yaw
+    assert yaw == pytest.approx(held, nan_ok=True)
+    follower.go((0.0, 60.0, 10.0), kind=SetpointType.LOITER)
+    assert math.degrees(follower.fly(6.0)[-1].local.heading) == pytest.approx(90.0, abs=3.0)
+
+
 def test_mpc_yaw_mode_4_turns_before_it_flies() -> None:
     follower = Follower(MPC_YAW_MODE=4)
     follower.go((0.0, 60.0, 10.0))
