@@ -3,7 +3,7 @@
 Behaves as PX4's FlightTaskAuto (src/modules/flight_mode_manager/tasks/Auto, v1.18): MPC_XY_CRUISE or the triplet's
 cruising speed, MPC_ACC_HOR, MPC_JERK_AUTO, MPC_Z_V_AUTO_*, corners cut at the acceptance radius, heading by
 MPC_YAW_MODE with MPC_YAWRAUTO_*. The type of the current setpoint makes it take off or land. Sticks count where
-MPC_AUTO_NUDGING lets them (`nudging.py`). It avoids no obstacles, and knows no weather vane.
+MPC_AUTO_NUDGING lets them (`nudging.py`). It avoids no obstacles.
 """
 
 import math
