@@ -44,10 +44,11 @@ class FlightModes:
         self._topics = topics
         self._parameters = parameters
         auto, follow_target = Auto(topics, parameters, say, send), FollowTargetTask(topics, parameters)
+        slow = ManualPositionSlow(topics, parameters, say, send)
         tasks: dict[Task, FlightTask] = {
             Task.AUTO: auto,
             Task.MANUAL_POSITION: ManualPosition(topics, parameters, say, send),
-            Task.MANUAL_POSITION_SLOW: ManualPositionSlow(topics, parameters, say, send),
+            Task.MANUAL_POSITION_SLOW: slow,
             Task.MANUAL_ALTITUDE: ManualAltitude(topics, parameters),
             Task.ALTITUDE_CRUISE: AltitudeCruise(topics, parameters),
             Task.DESCEND: Descend(topics, parameters),
@@ -61,7 +62,8 @@ class FlightModes:
             NavState.ALTCTL: DirectAltitude(topics, parameters),
         }
         """With MPC_POS_MODE 0."""
-        self._auto, self._follow_target, self._offboard = auto, follow_target, tasks[Task.OFFBOARD]
+        self._auto, self._follow_target, self._slow = auto, follow_target, slow
+        self._offboard = tasks[Task.OFFBOARD]
         self._task: FlightTask | None = None
         self._updated_us = 0
         self._gear = GEAR_KEEP
@@ -86,8 +88,9 @@ class FlightModes:
                 self._parameters.set("MPC_POS_MODE", 4)
         if task is not self._task:
             before, self._task = self._task, task
-            if isinstance(before, FollowTargetTask | ManualPositionSlow):
-                before.end(now_us)
+            for ending in (self._follow_target, self._slow):
+                if before is ending:
+                    ending.end(now_us)
             if task is None:
                 topics.trajectory_setpoint = TrajectorySetpoint(now_us)
             else:

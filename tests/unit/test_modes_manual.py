@@ -251,7 +251,7 @@ def test_position_slow_turns_a_gimbal_and_follows_it_and_gives_it_back() -> None
     told, rate = topics.gimbal_manager_set_attitude, math.radians(45.0)
     assert (told.origin_sysid, told.origin_compid, told.flags) == (1, 1, all_locked)
     assert told.angular_velocity[1:] == pytest.approx((0.4 * rate, -0.5 * rate))
-    assert (math.isnan(setpoint.yaw), setpoint.yawspeed) == (True, pytest.approx(-0.5 * rate))
+    assert math.isnan(setpoint.yaw) and setpoint.yawspeed == pytest.approx(-0.5 * rate)
     assert [record.command[1:5] for record in topics.navigator_commands] == [(1.0, 1.0, -1.0, -1.0)]
     assert follower.fly(0.008, lambda: tells(all_locked))[-1].setpoint.yaw == pytest.approx(1.2)
     topics.vehicle_status = topics.vehicle_status._replace(nav_state=NavState.POSCTL)
