@@ -38,6 +38,12 @@ def test_ping_timesync_heartbeat() -> None:
     assert peer.topics.gcs_heartbeats.onboard_us == 0, "not a component of this vehicle"
 
 
+def test_a_component_of_our_own_system_hears_an_answer_to_its_ping() -> None:
+    """Anybody does (MavlinkReceiver::handle_message_ping)."""
+    (reply,) = Peer(system=1, component=191).send(mavlink.MAVLink_ping_message(7, 42, 0, 0), ONBOARD)
+    assert (reply.time_usec, reply.seq, reply.target_system, reply.target_component) == (7, 42, 1, 191)
+
+
 def test_heartbeats_of_components() -> None:
     """By MAV_TYPE; well are those in standby and active (MavlinkReceiver::handle_message_heartbeat)."""
     peer = Peer(system=1, component=191)

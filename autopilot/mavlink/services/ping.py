@@ -1,4 +1,4 @@
-"""PING: answers a broadcast ping with its sender as target, and times the answers to ours.
+"""PING: answers a broadcast ping with its sender as target, whoever that is, and times the answers to ours.
 
 https://mavlink.io/en/services/ping.html; `mavlink status` tells how long answers take.
 """
@@ -18,7 +18,7 @@ class Ping:
     HAS_TIMER = False
 
     def __init__(self, system_id: int) -> None:
-        """`system_id` is ours: our own pings, come back by a detour, are not answered."""
+        """`system_id` is ours: what is sent to it is an answer."""
         self._system_id = system_id
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
@@ -26,7 +26,7 @@ class Ping:
         target = (message.target_system, message.target_component)
         if target == (self._system_id, AUTOPILOT_COMPONENT):
             link.pings.answered((now_us - message.time_usec) / 1000.0, message.seq)
-        elif target == (0, 0) and message.get_srcSystem() != self._system_id:
+        elif target == (0, 0):
             sender = (message.get_srcSystem(), message.get_srcComponent())
             link.send_fields(mavlink.MAVLINK_MSG_ID_PING, message.time_usec, message.seq, *sender)
 
