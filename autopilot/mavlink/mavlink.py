@@ -163,7 +163,7 @@ class Mavlink:
                 modules.set_current_mission_item,
                 modules.mission_changed,
             ),
-            offboard.Offboard(topics, system_id, texts.of("mavlink")),
+            offboard.Offboard(topics, parameters, system_id, texts.of("mavlink")),
             landing_target.LandingTarget(topics, texts.of("mavlink")),
             obstacle_distance.ObstacleDistance(topics),
             odometry.Odometry(topics, texts.of("mavlink")),

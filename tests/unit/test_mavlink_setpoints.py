@@ -35,6 +35,21 @@ def test_local_setpoints() -> None:
     assert peer.topics.offboard_setpoint.trajectory.velocity == pytest.approx((2.0, 0.0, 0.0))
 
 
+def test_a_vehicle_that_is_told_so_listens_to_no_setpoints() -> None:
+    """MAV_FWDEXTSP 0: nothing is taken, and nothing refused (Mavlink::get_forward_externalsp)."""
+    peer = Peer()
+    peer.now_us = 1000
+    peer.parameters.set("MAV_FWDEXTSP", 0)
+    peer.send(position_target(0xDF8))
+    peer.send(position_target(0xDFF))
+    peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0, (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.5))
+    assert peer.topics.offboard_setpoint.timestamp == 0
+    assert list(peer.texts.recent) == []
+    peer.parameters.set("MAV_FWDEXTSP", 1)
+    peer.send(position_target(0xDF8))
+    assert peer.topics.offboard_setpoint.timestamp == 1000
+
+
 LOCAL_REFUSED = "SET_POSITION_TARGET_LOCAL_NED "
 
 

@@ -2,6 +2,7 @@
 
 As PX4's mavlink_receiver.cpp: an axis is controlled when its bit in the type mask is clear; frames are LOCAL_NED and
 BODY_NED (velocity and acceleration), of places GLOBAL_INT, GLOBAL_RELATIVE_ALT_INT and GLOBAL_TERRAIN_ALT_INT.
+MAV_FWDEXTSP 0 turns a deaf ear to all three.
 """
 
 import math
@@ -12,6 +13,7 @@ from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.services.service import finite_or_nan, is_for
+from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     NAN,
     NAN3,
@@ -75,13 +77,13 @@ class Offboard:
     )
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics, system_id: int, say: Say) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, system_id: int, say: Say) -> None:
         """Writes into `topics`; `say` tells what is refused."""
-        self._topics, self._system_id, self._say = topics, system_id, say
+        self._topics, self._parameters, self._system_id, self._say = topics, parameters, system_id, say
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Setpoints for others change nothing, and those that PX4 refuses, which are told."""
-        if not is_for(message, self._system_id, broadcast=True):
+        if not (self._parameters["MAV_FWDEXTSP"] and is_for(message, self._system_id, broadcast=True)):
             return
         message_id = message.get_msgId()
         if message_id == mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET:
