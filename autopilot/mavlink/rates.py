@@ -8,6 +8,8 @@ attitude on a rover) are not sent, whatever their rate.
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
+from sitl_emu.core.c_types import float32, truncated
+
 UNLIMITED: Final = 0.0
 OFF: Final = -1.0
 
@@ -125,8 +127,8 @@ def multiplier(limit_bytes_per_s: float, streams: list[tuple[str, int, float]]) 
 
 
 def interval_us(hz: float) -> int:
-    """Interval of a rate; 0 for UNLIMITED."""
-    return round(1e6 / hz) if hz > 0.0 else 0
+    """Interval of a rate, a float32 cut off as in Mavlink::configure_stream; 0 for UNLIMITED."""
+    return truncated(float32(1e6 / float32(hz))) if hz > 0.0 else 0
 
 
 def default_hz(mode: str, name: str) -> float | None:

@@ -168,7 +168,7 @@ def test_message_intervals() -> None:
     for wanted_us, reported_us, hz in (
         (100_000, 100_000, 10),
         (-1, -1, 0),
-        (0, 66_667, 15),
+        (0, 66_666, 15),
         (1, 1, 0),
         (20_000, 20_000, 50),
     ):
@@ -177,6 +177,24 @@ def test_message_intervals() -> None:
         assert rate() == pytest.approx(hz, abs=0.6)
     for refused in (0, 22, 27, 77, 9999):
         assert peer.send(command_long(511, refused, 100_000))[0].result == 4
+
+
+@pytest.mark.parametrize(
+    ("wanted_us", "reported_us"), [(98.0, 97), (33_333.0, 33_333), (50_000.6, 50_000), (0.5, -1), (2e12, -1)]
+)
+def test_an_interval_goes_by_way_of_a_rate(wanted_us: float, reported_us: int) -> None:
+    """In float32, and cut off (set_message_interval, Mavlink::configure_stream)."""
+    peer = Peer()
+    peer.send(command_long(511, 30, wanted_us))
+    assert only(peer.send(command_long(510, 30)), "MESSAGE_INTERVAL")[0].interval_us == reported_us
+
+
+def test_an_interval_of_hours_is_none() -> None:
+    peer = Peer()
+    peer.fly_and_run(0.2)
+    assert peer.send(command_long(511, 30, 3.6e9))[0].result == 0
+    assert len(only(peer.fly_and_run(1.0), "ATTITUDE")) > 200
+    assert only(peer.send(command_long(510, 30)), "MESSAGE_INTERVAL")[0].interval_us < 0
 
 
 def test_requests() -> None:

@@ -2,8 +2,8 @@
 
 As measured on PX4 v1.18 (interval/set/*) and in its MavlinkReceiver::set_message_interval: a negative interval stops a
 stream, 0 (or NaN) goes back to the link mode's default, HEARTBEAT's rate is fixed, a message without a stream FAILs,
-and so does a command with parameters that PX4 does not know (3, 4, and 7: where to send the answer).
-REQUEST_DATA_STREAM has no effect.
+and so does a command with parameters that PX4 does not know (3, 4, and 7: where to send the answer). An interval goes
+by way of a rate in float32, which makes some a microsecond shorter. REQUEST_DATA_STREAM has no effect.
 """
 
 import math
@@ -17,12 +17,13 @@ from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import float32
 
 GET_MESSAGE_INTERVAL: int = mavlink.MAV_CMD_GET_MESSAGE_INTERVAL
 STOPPED = -1
 DEFAULT = REQUESTED = 0
 SMALLEST_INTERVAL_US = 1e-5
-LONGEST_INTERVAL_US = 1e12
+SMALLEST_HZ = 1e-6
 FIXED = frozenset({"HEARTBEAT"})
 NOT_CONFIGURABLE = frozenset({"CURRENT_EVENT_SEQUENCE", "MISSION_CURRENT"})
 """Sent by services in PX4, so that there is no stream to configure."""
@@ -48,7 +49,10 @@ class MessageInterval:
         return CommandResult(MAV_RESULT_ACCEPTED if accepted else MAV_RESULT_FAILED)
 
     def set(self, now_us: int, message_id: int, interval_us: int, link: Link) -> bool:
-        """Send a message every `interval_us` on a link (0: default, -1: never); whether it can be configured."""
+        """Send a message every `interval_us` on a link (0: default, -1: never); whether it can be configured.
+
+        Another negative one, of an interval that no int32 holds (36 minutes), sends whatever is new, as in PX4 on x86.
+        """
         if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
             link.statustext_interval_us = interval_us if interval_us > 0 else STOPPED
             return True
@@ -62,14 +66,15 @@ class MessageInterval:
             silent_hz = silent_streams.RATES.get(link.mode, {}).get(name)
             hz = silent_hz if silent else rates.default_hz(link.mode, name)
             interval_us = STOPPED if hz is None else rates.interval_us(hz)
+        running_us = max(0, interval_us)
         if stream is None:
             link.silent_intervals_us.pop(message_id, None)
-            if interval_us >= 0:
-                link.silent_intervals_us[message_id] = interval_us
-        elif interval_us < 0:
+            if interval_us != STOPPED:
+                link.silent_intervals_us[message_id] = running_us
+        elif interval_us == STOPPED:
             link.unschedule(message_id)
         else:
-            link.schedule(now_us, stream, interval_us)
+            link.schedule(now_us, stream, running_us)
         return True
 
 
@@ -83,12 +88,11 @@ def _is_set(value: float) -> bool:
 
 
 def _interval_us(value: float) -> int:
-    """DEFAULT, STOPPED, or µs. Above 1e12 PX4's rate is too small to be one, and the stream stops."""
+    """DEFAULT, STOPPED, or µs. Above 1e12 PX4's rate is too small to be one, below 1 no interval is left: both stop."""
     if math.isnan(value) or abs(value) <= SMALLEST_INTERVAL_US:
         return DEFAULT
-    if value < 0.0 or value >= LONGEST_INTERVAL_US:
-        return STOPPED
-    return max(1, round(value))
+    hz = float32(1e6 / value)
+    return rates.interval_us(hz) or STOPPED if hz > SMALLEST_HZ else STOPPED
 
 
 def send_interval(link: Link, message_id: int) -> None:
