@@ -189,6 +189,21 @@ def test_an_interval_goes_by_way_of_a_rate(wanted_us: float, reported_us: int) -
     assert only(peer.send(command_long(510, 30)), "MESSAGE_INTERVAL")[0].interval_us == reported_us
 
 
+@pytest.mark.parametrize(
+    ("number", "stop", "told"),
+    [(105, -1.0, [-1, 0, -1, 0]), (105, 0.0, [-1, 0, -1, 0]), (253, -1.0, [50_000, -1, 0, -1])],
+)
+def test_to_stop_a_stream_that_is_not_there_makes_one_without_an_interval(
+    number: int, stop: float, told: list[int]
+) -> None:
+    """HIGHRES_IMU and STATUSTEXT on a ground station's link; 0 goes back to a default that HIGHRES_IMU has not."""
+    peer, intervals = Peer(), []
+    for _ in told:
+        intervals.append(only(peer.send(command_long(510, number)), "MESSAGE_INTERVAL")[0].interval_us)
+        peer.send(command_long(511, number, stop))
+    assert intervals == told
+
+
 def test_an_interval_of_hours_is_none() -> None:
     peer = Peer()
     peer.fly_and_run(0.2)

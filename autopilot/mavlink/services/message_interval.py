@@ -3,7 +3,8 @@
 As measured on PX4 v1.18 (interval/set/*) and in its MavlinkReceiver::set_message_interval: a negative interval stops a
 stream, 0 (or NaN) goes back to the link mode's default, HEARTBEAT's rate is fixed, a message without a stream FAILs,
 and so does a command with parameters that PX4 does not know (3, 4, and 7: where to send the answer). An interval goes
-by way of a rate in float32, which makes some a microsecond shorter. REQUEST_DATA_STREAM has no effect.
+by way of a rate in float32, which makes some a microsecond shorter. What is stopped that never ran is there from then
+on, without an interval (Mavlink::configure_stream), as what was requested once. REQUEST_DATA_STREAM has no effect.
 """
 
 import math
@@ -54,18 +55,22 @@ class MessageInterval:
         Another negative one, of an interval that no int32 holds (36 minutes), sends whatever is new, as in PX4 on x86.
         """
         if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
-            link.statustext_interval_us = interval_us if interval_us > 0 else STOPPED
+            was_there = link.statustext_interval_us != STOPPED
+            link.statustext_interval_us = interval_us if interval_us > 0 else STOPPED if was_there else REQUESTED
             return True
         table = mavlink.mavlink_map.get(message_id)
         name = "" if table is None else table.msgname
         stream, silent = self._stream(name), name in silent_streams.SILENT
         if name in FIXED or name in NOT_CONFIGURABLE or (stream is None and not silent):
             return False
+        was_there = message_id in link.requested_once or link.interval_us(message_id) is not None
         link.requested_once.discard(message_id)
         if interval_us == DEFAULT:
             silent_hz = silent_streams.RATES.get(link.mode, {}).get(name)
             hz = silent_hz if silent else rates.default_hz(link.mode, name)
             interval_us = STOPPED if hz is None else rates.interval_us(hz)
+        if interval_us == STOPPED and not was_there:
+            link.requested_once.add(message_id)
         running_us = max(0, interval_us)
         if stream is None:
             link.silent_intervals_us.pop(message_id, None)
@@ -96,7 +101,7 @@ def _interval_us(value: float) -> int:
 
 
 def send_interval(link: Link, message_id: int) -> None:
-    """Send MESSAGE_INTERVAL: the stream's interval, -1 if it is off or unlimited, 0 if it was only ever requested."""
+    """Send MESSAGE_INTERVAL: the stream's interval, -1 if it is off or unlimited, 0 if it is there and does not run."""
     interval_us = link.interval_us(message_id) or None
     if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
         interval_us = link.statustext_interval_us
