@@ -112,7 +112,10 @@ class McAutotune:
         self._commands_seen = 0
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
-        """param1 1: begin, or say how far it is; param2 would be axes, which cannot be chosen."""
+        """param1 1: begin, or say how far it is; param2 would be axes, which cannot be chosen.
+
+        A number that is none is neither 1 nor another one (MavlinkReceiver::handle_message_command_both).
+        """
         begins = abs(command.param1 - 1.0) < 1e-6 and abs(command.param2) < 1e-6
         if self.state is State.IDLE or not command.from_external:
             self._tell_what_is_not_supported(command)
@@ -121,7 +124,7 @@ class McAutotune:
         if begins:
             result = RESULTS.get(self.state, mavlink.MAV_RESULT_IN_PROGRESS)
             return CommandResult(result, PROGRESS.get(self.state, 0))
-        if math.isfinite(command.param1) or abs(command.param2) > 1e-6:
+        if abs(command.param1 - 1.0) > 1e-6 or abs(command.param2) > 1e-6:
             return CommandResult(mavlink.MAV_RESULT_DENIED)
         return CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
 

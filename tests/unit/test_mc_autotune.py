@@ -50,7 +50,9 @@ class Desk:
         (2.0, 0.0, DENIED, ["input"]),
         (1.0, 1.0, DENIED, ["ax"]),
         (NAN, 1.0, DENIED, ["ax"]),
+        (0.0, NAN, DENIED, ["input"]),
         (NAN, 0.0, UNSUPPORTED, []),
+        (1.0, NAN, UNSUPPORTED, []),
     ],
 )
 def test_it_can_only_be_begun_for_all_axes(first: float, second: float, result: int, events: list[str]) -> None:
