@@ -78,6 +78,11 @@ def float32(value: float | int) -> float:
     return rounded
 
 
+def product(value: float, factor: float) -> float:
+    """C's product of two floats: each is the nearest float32, and so is what comes out."""
+    return float32(float32(value) * float32(factor))
+
+
 def truncated(value: float) -> int:
     """C's conversion to an int32: without the fraction; the least int32 for what has none, NaN and infinity too."""
     return int(value) if INT32_MIN <= value <= INT32_MAX else INT32_MIN

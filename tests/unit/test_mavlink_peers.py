@@ -5,9 +5,7 @@ from typing import Any
 
 import pytest
 
-from sitl_emu.autopilot.topics import (
-    GcsHeartbeats,
-)
+from sitl_emu.autopilot.topics import BatteryStatus, GcsHeartbeats
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer, command_long, only
 
@@ -62,6 +60,7 @@ def smart_battery(remaining_pct: int, *cells_mv: int) -> Any:
 
 def test_a_battery_of_our_own_system_is_told_beside_ours_and_the_emptiest_in_sys_status() -> None:
     peer = Peer(system=1, component=180)
+    peer.now_us = 1_000
     peer.fly()
     peer.send(smart_battery(6, 3501, 3502, 3503))
     heard = only(peer.run(2.5), "BATTERY_STATUS")[-2:]
@@ -77,6 +76,7 @@ def test_a_battery_of_our_own_system_is_told_beside_ours_and_the_emptiest_in_sys
 def test_a_battery_that_does_not_know_its_charge_warns_of_nothing() -> None:
     """-1 is not known, neither of the charge nor of the current (handle_message_battery_status)."""
     peer = Peer(system=1, component=180)
+    peer.now_us = 1_000
     peer.fly()
     cells = [3500, *(65535,) * 9]
     peer.send(mavlink.MAVLink_battery_status_message(0, 1, 1, 2550, cells, -1, -1, -1, -1, 90))
@@ -90,6 +90,43 @@ def test_a_battery_that_does_not_know_its_charge_warns_of_nothing() -> None:
     peer.send(mavlink.MAVLink_battery_status_message(0, 1, 1, 32767, cells, -250, -1, -1, 50))
     told = only(peer.run(2.5), "BATTERY_STATUS")[-1]
     assert (told.temperature, told.current_battery, told.time_remaining) == (32767, -250, 0), "it is charged"
+
+
+def test_a_battery_that_fell_silent_is_not_told_again() -> None:
+    """Each is told as it speaks (streams/BATTERY_STATUS.hpp)."""
+    peer = Peer(system=1, component=180)
+    peer.fly_and_run(0.1)
+    peer.send(smart_battery(50, 3500))
+    assert {battery.id for battery in only(peer.fly_and_run(4.5), "BATTERY_STATUS")} == {0, 255}
+    assert {battery.id for battery in only(peer.fly_and_run(4.5), "BATTERY_STATUS")} == {0}
+
+
+@pytest.mark.parametrize(
+    ("charge_pct", "cells_mv", "told_mv", "told_pct"),
+    [(7, (3700, 4002), [3700, 4001, 65535], 7), (15, (0, 3700), [3700, 65535, 65535], 16)],
+)
+def test_what_float32_makes_of_a_battery(
+    charge_pct: int, cells_mv: tuple[int, ...], told_mv: list[int], told_pct: int
+) -> None:
+    """Cells lose their fractions and the charge in SYS_STATUS goes up to the next percent, after their products have
+    been rounded; without a first cell the sum stands there (streams/BATTERY_STATUS.hpp, SYS_STATUS.hpp).
+    """
+    peer = Peer(system=1, component=180)
+    peer.now_us = 1_000
+    peer.send(smart_battery(charge_pct, *cells_mv))
+    assert only(peer.send(command_long(512, 147)), "BATTERY_STATUS")[0].voltages[:3] == told_mv
+    assert only(peer.send(command_long(512, 1)), "SYS_STATUS")[0].battery_remaining == told_pct
+
+
+def test_a_voltage_that_no_cell_holds_is_told_in_several() -> None:
+    """65534 mV at most in each (streams/BATTERY_STATUS.hpp)."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.topics.battery_status = BatteryStatus(1_000, True, 100.0, -1.0, 1.0)
+    battery = only(peer.send(command_long(512, 147)), "BATTERY_STATUS")[0]
+    assert battery.voltages[:3] == [65534, 34466, 65535]
+    peer.topics.battery_status = BatteryStatus(2_000, True, 700.0, -1.0, 1.0)
+    assert set(only(peer.send(command_long(512, 147)), "BATTERY_STATUS")[0].voltages) == {65535}
 
 
 def test_batteries_of_others_are_not_ours() -> None:

@@ -14,6 +14,7 @@ from sitl_emu.autopilot.sensors.sensors import battery_warning
 from sitl_emu.autopilot.topics import BatteryStatus as BatteryStatusSample
 from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import float32
 
 AUTOPILOT = 1
 NO_CELL = 65535
@@ -39,15 +40,18 @@ class BatteryStatus:
             return
         voltages = list(message.voltages)
         count = voltages.index(NO_CELL) if NO_CELL in voltages else len(voltages)
-        cells_v = tuple(millivolts * 1e-3 for millivolts in voltages[:count])
+        cells_v = tuple(millivolts / 1000.0 for millivolts in voltages[:count])
+        voltage_v = 0.0
+        for volts in cells_v:
+            voltage_v = float32(voltage_v + float32(volts))
         current_a = _known(message.current_battery)
         remaining = _known(message.battery_remaining)
-        temperature_c = math.nan if message.temperature == NO_TEMPERATURE else message.temperature * 1e-2
+        temperature_c = math.nan if message.temperature == NO_TEMPERATURE else message.temperature / 100.0
         left_s = float(message.time_remaining) if message.time_remaining > 0 else math.nan
         self._topics.battery_status_outside = BatteryStatusSample(
             now_us,
             True,
-            sum(cells_v),
+            voltage_v,
             current_a,
             remaining,
             float(message.current_consumed),
@@ -64,4 +68,4 @@ class BatteryStatus:
 
 def _known(hundredths: int) -> float:
     """-1 is not known on either side: it is no hundredth."""
-    return -1.0 if hundredths == UNKNOWN else hundredths * 1e-2
+    return -1.0 if hundredths == UNKNOWN else hundredths / 100.0

@@ -7,11 +7,13 @@ from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.autopilot.topics import BatteryStatus, batteries
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import truncated
+from sitl_emu.core.c_types import product, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_BATTERY_STATUS
 UNKNOWN_TEMPERATURE: Final = 32767
 UNKNOWN_CELL: Final = 65535
+FULLEST_CELL: Final = UNKNOWN_CELL - 1
+LEAST_CELL_V: Final = 0.0001
 UNSUPPORTED: Final = 0
 CELLS: Final = 10
 UNKNOWN_ID: Final = 255
@@ -24,37 +26,39 @@ UNKNOWN: Final = -1.0
 FUNCTION_ALL: Final = 1
 
 
-def fields(now_us: int, context: Context) -> list[Fields]:
-    """mV, cA, mAh, percent, 0.01 degC."""
-    return [_message(battery) for battery in batteries(context.topics)]
+def since(context: Context, number: int) -> tuple[int, list[Fields]]:
+    """Every battery that has said something since then: one that falls silent is not told any more."""
+    new = [battery for battery in batteries(context.topics) if battery.timestamp > number]
+    return max((battery.timestamp for battery in new), default=number), [_message(battery) for battery in new]
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Batteries are told as they speak."""
+    return None
 
 
 def current_ca(current_a: float) -> int:
     """Within int16; -1 is not known. One that is charged has a negative current."""
     if current_a == UNKNOWN or not math.isfinite(current_a):
         return -1
-    return max(-32768, min(32767, truncated(current_a * 100.0)))
+    return max(-32768, min(32767, truncated(product(current_a, 100.0))))
 
 
 def _message(battery: BatteryStatus) -> Fields:
-    """The first cell carries the whole voltage, as PX4 does when cells are unknown."""
-    temperature = (
-        truncated(battery.temperature_c * 100.0) if math.isfinite(battery.temperature_c) else UNKNOWN_TEMPERATURE
-    )
-    left_s = max(truncated(battery.time_remaining_s), 1) if math.isfinite(battery.time_remaining_s) else UNSUPPORTED
-    cells_v = battery.cells_v if any(battery.cells_v) else (battery.voltage_v,)
+    """mV, cA, mAh, percent, 0.01 degC; fractions are cut off, but for the charge."""
+    temperature_c, left = battery.temperature_c, battery.time_remaining_s
+    temperature = truncated(product(temperature_c, 100.0)) if math.isfinite(temperature_c) else UNKNOWN_TEMPERATURE
     return (
         truncated(battery.discharged_mah),
         -1,
         temperature,
-        *(min(truncated(volts * 1000.0 + 0.5), UNKNOWN_CELL - 1) for volts in cells_v),
-        *(UNKNOWN_CELL,) * (CELLS - len(cells_v)),
+        *_cells(battery),
         current_ca(battery.current_a),
         battery.id - 1 & UNKNOWN_ID,
         FUNCTION_ALL,
         LIPO,
-        truncated(battery.remaining * 100.0 + 0.5) if battery.remaining != UNKNOWN else -1,
-        left_s,
+        truncated(product(battery.remaining, 100.0) + 0.5) if battery.remaining != UNKNOWN else -1,
+        max(truncated(left), 1) if math.isfinite(left) else UNSUPPORTED,
         CHARGE_STATE[battery.warning],
         0,
         0,
@@ -63,3 +67,15 @@ def _message(battery: BatteryStatus) -> Fields:
         0,
         0,
     )
+
+
+def _cells(battery: BatteryStatus) -> tuple[int, ...]:
+    """The whole voltage stands in as many cells as hold it where the first cell's own is not known."""
+    cells_v = battery.cells_v
+    if cells_v and cells_v[0] >= LEAST_CELL_V:
+        cells = [truncated(product(volts, 1000.0)) for volts in cells_v]
+    else:
+        whole_mv = truncated(product(battery.voltage_v, 1000.0))
+        full, rest = divmod(max(whole_mv, 0), FULLEST_CELL)
+        cells = [*(FULLEST_CELL,) * full, rest] if full < CELLS else []
+    return (*cells, *(UNKNOWN_CELL,) * (CELLS - len(cells)))

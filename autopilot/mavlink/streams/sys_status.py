@@ -7,7 +7,7 @@ from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields, battery_status
 from sitl_emu.autopilot.topics import BatteryStatus, batteries
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import truncated
+from sitl_emu.core.c_types import product, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_SYS_STATUS
 UNKNOWN_VOLTAGE: Final = 65535
@@ -19,10 +19,10 @@ def fields(now_us: int, context: Context) -> Fields:
     battery = min(batteries(context.topics), key=lambda battery: battery.remaining, default=BatteryStatus())
     voltage_mv, current_ca, remaining_pct = UNKNOWN_VOLTAGE, -1, -1
     if battery.connected:
-        voltage_mv = min(max(truncated(battery.voltage_v * 1000.0 + 0.5), 0), UNKNOWN_VOLTAGE)
+        voltage_mv = min(max(truncated(product(battery.voltage_v, 1000.0)), 0), UNKNOWN_VOLTAGE)
         current_ca = battery_status.current_ca(battery.current_a)
         if battery.remaining != battery_status.UNKNOWN:
-            remaining_pct = math.ceil(battery.remaining * 100.0)
+            remaining_pct = math.ceil(product(battery.remaining, 100.0))
     return (
         health.present,
         health.enabled,
