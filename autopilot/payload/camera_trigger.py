@@ -3,7 +3,7 @@
 Runs where TRIG_MODE is above 0 at boot (rcS). TRIG_MODE 1 counts time and 4 distance, once a command has switched it
 on; 2 and 3 do so from the start. An image is asked of the camera, component 100, by IMAGE_START_CAPTURE with a sequence
 number (streams/CAMERA_TRIGGER.hpp); that it was asked is told by CAMERA_TRIGGER, and where the vehicle was by
-CAMERA_IMAGE_CAPTURED of the autopilot.
+CAMERA_IMAGE_CAPTURED of the autopilot, once it knows that.
 
 Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and feedback from a camera's pin.
 """
@@ -15,14 +15,19 @@ from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import CameraCapture, CameraTriggered, Topics, VehicleCommand
+from sitl_emu.autopilot.topics import CameraCapture, CameraTriggered, Quaternion, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import heading, product, quaternion
 from sitl_emu.core.c_types import truncated
 
 OFF, TIME_ON_COMMAND, TIME_ALWAYS, DISTANCE_ALWAYS, DISTANCE_ON_COMMAND = range(5)
 """TRIG_MODE."""
 CAMERA = mavlink.MAV_COMP_ID_CAMERA
 NAN = math.nan
+UNKNOWN_GROUND_M = -1.0
+GIMBAL_SILENT_US = 1_000_000
+"""CameraFeedback::Run."""
+YAW_LOCK: int = mavlink.GIMBAL_DEVICE_FLAGS_YAW_LOCK
 DO_DIGICAM_CONTROL = mavlink.MAV_CMD_DO_DIGICAM_CONTROL
 DO_SET_CAM_TRIGG_DIST = mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST
 DO_TRIGGER_CONTROL = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
@@ -112,14 +117,24 @@ class CameraTrigger:
         topics, sequence = self._topics, self._sequence
         topics.camera_trigger = CameraTriggered(now_us, sequence)
         position = topics.vehicle_global_position
-        ground_m = position.alt - topics.home_position.alt if topics.home_position.valid else NAN
-        topics.camera_capture = CameraCapture(
-            now_us, sequence, position.lat, position.lon, position.alt, ground_m, topics.vehicle_attitude.q
-        )
+        if math.isfinite(position.lat) and topics.vehicle_attitude.timestamp:
+            ground_m = position.alt - position.terrain_alt if position.terrain_alt_valid else UNKNOWN_GROUND_M
+            topics.camera_capture = CameraCapture(
+                now_us, sequence, position.lat, position.lon, position.alt, ground_m, self._camera_attitude(now_us)
+            )
         self._sequence += 1
         give, system = self._outgoing.give, self._system_id
         take_one = (mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, float(self._sequence), NAN, NAN, NAN)
         give(VehicleCommand(*take_one, target_system=system, target_component=CAMERA, from_external=False))
+
+    def _camera_attitude(self, now_us: int) -> Quaternion:
+        """The gimbal's while it tells of it, about the north or the vehicle's nose; else the vehicle's."""
+        gimbal, vehicle = self._topics.gimbal_device_attitude_status, self._topics.vehicle_attitude
+        if not gimbal.timestamp or now_us - gimbal.timestamp >= GIMBAL_SILENT_US:
+            return vehicle.q
+        if gimbal.device_flags & YAW_LOCK:
+            return gimbal.q
+        return product(quaternion(0.0, 0.0, heading(vehicle.q)), gimbal.q)
 
 
 def whole(value: float) -> int:

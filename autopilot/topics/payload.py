@@ -19,14 +19,14 @@ class CameraTriggered(NamedTuple):
 
 
 class CameraCapture(NamedTuple):
-    """uORB camera_capture: where the vehicle was; ground_distance is the height above home."""
+    """uORB camera_capture: where the vehicle was; ground_distance is the height above the terrain, -1 not known."""
 
     timestamp: int = 0
     seq: int = 0
     lat: float = NAN
     lon: float = NAN
     alt: float = NAN
-    ground_distance: float = NAN
+    ground_distance: float = -1.0
     q: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 

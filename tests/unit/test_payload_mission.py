@@ -14,9 +14,10 @@ from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.mavlink import Mavlink, Modules
 from sitl_emu.autopilot.navigator.navigator import Navigator
 from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
-from sitl_emu.autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.topics import GimbalDeviceAttitudeStatus, VehicleCommand
 from sitl_emu.components.camera import Camera
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.attitude import quaternion
 from tests.typed import present
 
 from .mavlink_peer import only
@@ -140,6 +141,34 @@ def test_without_a_camera_the_command_is_repeated_three_times() -> None:
     asked = [m for m in only(rig.heard, "COMMAND_LONG") if m.command == IMAGE_START]
     assert [m.confirmation for m in asked] == [0, 1, 2, 3]
     assert {(m.target_system, m.target_component, m.param3, m.param4) for m in asked} == {(1, CAMERA, 1.0, 1.0)}
+
+
+def test_an_image_is_told_above_the_terrain_and_as_the_gimbal_looks() -> None:
+    """-1 m where the ground is not known; nothing before the place is (CameraFeedback::Run)."""
+    rig = Rig()
+    shoot = VehicleCommand(DIGICAM, param5=1.0)
+    rig.trigger.handle_command(1_000, shoot)
+    rig.run(3.0)
+    assert not rig.images(1) and only(rig.heard, "CAMERA_TRIGGER")
+    topics = rig.topics
+    rig.trigger.handle_command(rig.now_us, shoot)
+    rig.run(0.1)
+    assert [(image.relative_alt, image.camera_id) for image in rig.images(1)] == [(-1000, 1)]
+    alt_m = topics.vehicle_global_position.alt
+    topics.vehicle_global_position = topics.vehicle_global_position._replace(
+        terrain_alt=alt_m - 2.5, terrain_alt_valid=True
+    )
+    topics.vehicle_attitude = topics.vehicle_attitude._replace(q=quaternion(0.1, 0.0, 1.0))
+    gimbal_q = quaternion(0.0, -1.0, 0.5)
+    for flags, expected in ((0, quaternion(0.0, -1.0, 1.5)), (mavlink.GIMBAL_DEVICE_FLAGS_YAW_LOCK, gimbal_q)):
+        topics.gimbal_device_attitude_status = GimbalDeviceAttitudeStatus(rig.now_us, flags, gimbal_q)
+        rig.now_us += 500_000
+        rig.trigger.handle_command(rig.now_us, shoot)
+        assert topics.camera_capture.ground_distance == pytest.approx(2.5)
+        assert topics.camera_capture.q == pytest.approx(expected)
+    rig.now_us += 1_000_000
+    rig.trigger.handle_command(rig.now_us, shoot)
+    assert topics.camera_capture.q == topics.vehicle_attitude.q
 
 
 def test_a_landing_centres_the_gimbal_a_quarter_of_a_second_after_it_begins() -> None:
