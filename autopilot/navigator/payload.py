@@ -12,6 +12,7 @@ from sitl_emu.autopilot.commands.table import Role, items_where
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import truncated
 
 IMAGE_START = mavlink.MAV_CMD_IMAGE_START_CAPTURE
 IMAGE_STOP = mavlink.MAV_CMD_IMAGE_STOP_CAPTURE
@@ -23,7 +24,7 @@ GIMBAL_PITCHYAW = mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW
 CHOOSES_CAMERA = frozenset(
     {IMAGE_START, IMAGE_STOP, mavlink.MAV_CMD_SET_CAMERA_MODE, mavlink.MAV_CMD_SET_CAMERA_SOURCE}
 )
-"""param1 is the camera's component."""
+"""param1 is the camera's component; a single image's is 0 by then, as the trigger's command has no camera."""
 VIDEO = frozenset({mavlink.MAV_CMD_VIDEO_START_CAPTURE, mavlink.MAV_CMD_VIDEO_STOP_CAPTURE})
 PAYLOAD_COMMANDS = items_where(lambda item: item.role is Role.PAYLOAD)
 RELEASE = -3.0
@@ -45,14 +46,15 @@ class Payload:
         number, camera = command.command, 0
         if number == DO_MOUNT_CONTROL:
             self._acquire_gimbal()
-        if number in CHOOSES_CAMERA:
-            camera = int(command.param1) if 0.0 < command.param1 < 256.0 else mavlink.MAV_COMP_ID_CAMERA
-        elif number in VIDEO:
-            camera = mavlink.MAV_COMP_ID_CAMERA
-        if number == IMAGE_START and int(command.param3) == 1:
+        if number == IMAGE_START and truncated(command.param3) == 1:
             command = command_of(DO_DIGICAM_CONTROL, 0.0, 0.0, 0.0, 0.0, 1.0)
         elif number in (IMAGE_START, IMAGE_STOP):
             self._capturing = number == IMAGE_START
+        if number in CHOOSES_CAMERA:
+            asked = truncated(command.param1)
+            camera = asked if 0 < asked < 256 else mavlink.MAV_COMP_ID_CAMERA
+        elif number in VIDEO:
+            camera = mavlink.MAV_COMP_ID_CAMERA
         self._state.command(command, camera)
 
     def leave_mission(self) -> None:

@@ -13,6 +13,7 @@ from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.mavlink import Mavlink, Modules
 from sitl_emu.autopilot.navigator.navigator import Navigator
+from sitl_emu.autopilot.navigator.payload import command_of
 from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
 from sitl_emu.autopilot.topics import GimbalDeviceAttitudeStatus, VehicleCommand
 from sitl_emu.components.camera import Camera
@@ -215,6 +216,23 @@ def test_items_that_need_no_flying_are_told_to_all() -> None:
     rig.fly(item(178, 0, 0, 0, 1.0, 3.0, -1.0, 0.0)._replace(frame=2), item(WAYPOINT, 50, 0, 20))
     (speed,) = (m for m in only(rig.heard, "COMMAND_LONG") if m.command == 178 and m.confirmation == 0)
     assert (speed.target_component, speed.param1, speed.param2, speed.param3) == (0, 1.0, 3.0, -1.0)
+
+
+@pytest.mark.parametrize(
+    ("params", "sent"),
+    [
+        ((101.0, 0.0, 1.0, math.nan), (DIGICAM, CAMERA)),
+        ((101.0, 2.0, 0.0, math.nan), (IMAGE_START, 101)),
+        ((0.5, 2.0, 0.0, math.nan), (IMAGE_START, CAMERA)),
+        ((math.nan, 2.0, math.nan, math.nan), (IMAGE_START, CAMERA)),
+        ((math.inf, 2.0, math.inf, math.nan), (IMAGE_START, CAMERA)),
+    ],
+)
+def test_which_camera_takes_images(params: tuple[float, ...], sent: tuple[int, int]) -> None:
+    """Navigator::publish_vehicle_command; numbers become whole ones as in C, also those that are none."""
+    navigator = Rig().navigator
+    navigator._payload.issue(command_of(IMAGE_START, *params))
+    assert [(given.command, given.target_component) for given in navigator._state.outgoing.waiting] == [sent]
 
 
 def test_by_time_and_by_command() -> None:
