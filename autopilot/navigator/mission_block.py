@@ -88,8 +88,8 @@ class Target(NamedTuple):
 def target_of(item: MissionItem, home_alt_m: float) -> Target:
     """The item with its altitude made absolute; `home_alt_m` is AMSL."""
     if item.command not in WITH_POSITION:
-        autocontinue = bool(item.autocontinue)
-        return Target(item.command, item.lat_deg, item.lon_deg, hold_s=item.param1, autocontinue=autocontinue)
+        hold_s = item.param1 if item.command == DELAY and math.isfinite(item.param1) else 0.0
+        return Target(item.command, item.lat_deg, item.lon_deg, hold_s=hold_s, autocontinue=bool(item.autocontinue))
     above_home_m = item.z if item.frame in RELATIVE_FRAMES else math.nan
     yaw_deg = item.param4 if item.command in WITH_HEADING else math.nan
     yaw_rad = wrap_pi(math.radians(yaw_deg)) if math.isfinite(yaw_deg) else math.nan

@@ -99,6 +99,13 @@ def test_hold_times() -> None:
     assert times[3] - times[2] == pytest.approx(5.0, abs=0.1)
 
 
+def test_a_delay_without_a_number_is_none() -> None:
+    """MissionBlock::get_time_inside takes the larger of it and 0, which for NaN is 0."""
+    nan = math.nan
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(DELAY, 0, 0, 0, nan, nan, nan, nan), item(WAYPOINT, 20, 0, 8))
+    run_until(vehicle, 2)
+
+
 def test_acceptance_radius_and_yaw_of_an_item() -> None:
     vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8, 0.0, 3.0), item(WAYPOINT, 80, 0, 8))
     run_until(vehicle, 1)
