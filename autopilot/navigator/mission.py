@@ -37,6 +37,7 @@ from sitl_emu.autopilot.navigator.mission_block import (
 )
 from sitl_emu.autopilot.navigator.mission_commands import DO_CHANGE_SPEED, MissionCommands
 from sitl_emu.autopilot.navigator.mission_feasibility import is_feasible
+from sitl_emu.autopilot.navigator.mission_jumps import Jumps
 from sitl_emu.autopilot.navigator.mission_legs import (
     Work,
     announce,
@@ -59,14 +60,11 @@ from sitl_emu.autopilot.topics import PositionSetpoint
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import bearing_rad, distance_m
 
-DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 STATE_NO_MISSION: int = mavlink.MISSION_STATE_NO_MISSION
 STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
 STATE_ACTIVE: int = mavlink.MISSION_STATE_ACTIVE
 STATE_PAUSED: int = mavlink.MISSION_STATE_PAUSED
 STATE_COMPLETE: int = mavlink.MISSION_STATE_COMPLETE
-MAX_JUMP_ITERATION = 10
-"""So many jumps in a row are followed."""
 
 
 class Mission:
@@ -84,7 +82,9 @@ class Mission:
         self._plan: Plan | None = None
         self._fence: Plan | None = None
         self._checked = False
-        self._jumps: dict[int, int] = {}
+        self.jumps = Jumps(state)
+        self._ahead: list[int] = []
+        """The next two places behind the current item."""
         self._work = Work.DEFAULT
         self._climb_alt_m = math.nan
         self._resume = MissionResume()
@@ -105,8 +105,6 @@ class Mission:
         """The current item as it was told last; another mode does not tell it when the ground chooses one."""
         self.seq_reached = -1
         self.seq_reached_us = 0
-        self.jumped = -1
-        """The DO_JUMP item that was followed last, until it is told; else -1."""
 
     @property
     def items(self) -> tuple[MissionItem, ...]:
@@ -121,7 +119,7 @@ class Mission:
         is_new = dataman.mission is not self._plan
         if is_new:
             self._plan = dataman.mission
-            self._jumps.clear()
+            self.jumps.forget()
             self._resume.forget()
             self._was_activated = self._active
         if dataman.fence is not self._fence or is_new:
@@ -170,7 +168,7 @@ class Mission:
         """MISSION_START: where the mission begins, if it can be flown and is elsewhere."""
         if seq == self._state.dataman.current_seq or not self.valid:
             return
-        place = self.behind_jumps(seq, follow=True)
+        place = self.jumps.behind(seq, follow=True)
         if place is None:
             return
         self._state.dataman.current_seq = place
@@ -226,7 +224,7 @@ class Mission:
         self._check()
         if self._was_disarmed and self._was_activated and state.dataman.current_seq + 1 == len(self.items):
             state.dataman.current_seq = 0
-            self._jumps.clear()
+            self.jumps.forget()
             self._has_next_item = self._is_valid()
             self._resume.forget()
         self._was_activated, self._was_disarmed = True, False
@@ -339,14 +337,14 @@ class Mission:
 
     def _advance(self) -> None:
         state = self._state
-        seq = self.behind_jumps(state.dataman.current_seq + 1, follow=True)
+        seq = self.jumps.behind(state.dataman.current_seq + 1, follow=True)
         if seq is not None:
             state.dataman.current_seq = seq
             return
         self._has_next_item = False
         tell_finished(state)
         if state.dataman.current_seq + 1 == len(self.items):
-            self._jumps.clear()
+            self.jumps.forget()
 
     # --- items ----------------------------------------------------------------------------------------------
 
@@ -355,12 +353,16 @@ class Mission:
         dataman, work = self._state.dataman, self._work
         self._work = Work.DEFAULT
         ready = self._has_next_item and self._executing and self._is_valid()
-        seq = self.behind_jumps(dataman.current_seq) if ready else None
+        seq = self.jumps.behind(dataman.current_seq) if ready else None
         if seq is None:
+            if ready:
+                text = "Mission item could not be set.\t"
+                self._state.say(Severity.CRITICAL, text, "mission_item_set_failed")
             self._end()
             return
         dataman.current_seq = seq
         self.tell_progress()
+        self._ahead = self.jumps.places(seq + 1, 2)
         item = self.items[seq]
         if item.command == GATE:
             self._pass_gate(item)
@@ -377,37 +379,9 @@ class Mission:
         state = self._state
         return item.command in LANDS and state.traits.flies and not is_above(state, item.lat_deg, item.lon_deg)
 
-    def behind_jumps(self, seq: int, *, follow: bool = False) -> int | None:
-        """The item that is flown instead of `seq`; None where the mission ends. Jumps that are followed count."""
-        items = self.items
-        for _ in range(MAX_JUMP_ITERATION):
-            if not 0 <= seq < len(items):
-                return None
-            jump = items[seq]
-            if jump.command != DO_JUMP:
-                return seq
-            target, done = int(jump.param1), self._jumps.get(seq, 0)
-            if not 0 <= target < len(items):
-                return None
-            if done >= jump.param2:
-                seq += 1
-                continue
-            if follow:
-                self._jumps[seq] = done + 1
-                self.jumped = seq
-            seq = target
-        return None
-
     def next_place(self, seq: int) -> int | None:
         """The first item with a position from `seq` on, behind jumps and what is carried out on the way."""
-        for _ in range(len(self.items)):
-            place = self.behind_jumps(seq)
-            if place is None:
-                return None
-            if self.items[place].command in WITH_POSITION:
-                return place
-            seq = place + 1
-        return None
+        return next(iter(self.jumps.places(seq, 1)), None)
 
     def _carry_out(self, item: MissionItem) -> None:
         state = self._state
@@ -422,10 +396,9 @@ class Mission:
         """Fly to the place behind a gate, and through it on the way."""
         state = self._state
         self._begin(target_of(item, state.home_alt_m()), Work.DEFAULT)
-        place = self.next_place(state.dataman.current_seq + 1)
-        then = None if place is None else self.next_place(place + 1)
-        current = state.triplet.current if place is None else self._setpoint_at(place)
-        fly_leg(state, current, state.no_setpoint() if then is None else self._setpoint_at(then))
+        places = [self._setpoint_at(place) for place in self._ahead]
+        current, following = (*places, state.triplet.current, state.no_setpoint())[:2]
+        fly_leg(state, current, following)
 
     def _climb(self, item: MissionItem) -> None:
         """Straight up to the height of the first place; from the ground, this is the takeoff."""
@@ -465,13 +438,11 @@ class Mission:
     def _following(self) -> PositionSetpoint:
         """The next place, to cut the corner; none where the vehicle stays for a while."""
         state = self._state
-        seq = state.dataman.current_seq
-        current = self.items[seq]
+        current = self.items[state.dataman.current_seq]
         holds = state.traits.stops_at_waypoints and current.command in (WAYPOINT, LOITER_TIME) and current.param1 > 0.0
-        if holds or not current.autocontinue:
+        if holds or not current.autocontinue or not self._ahead:
             return state.no_setpoint()
-        place = self.next_place(seq + 1)
-        return state.no_setpoint() if place is None else self._setpoint_at(place)
+        return self._setpoint_at(self._ahead[0])
 
     def _setpoint_at(self, seq: int) -> PositionSetpoint:
         return setpoint_of(self._state, target_of(self.items[seq], self._state.home_alt_m()))

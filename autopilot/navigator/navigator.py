@@ -261,7 +261,7 @@ class Navigator:
             status.nav_state,
             status.armed,
         )
-        if told == self._published and mission.jumped < 0:
+        if told == self._published and mission.jumps.followed < 0:
             return
         self._published = told
         self._topics.mission_result = MissionResult(
@@ -276,8 +276,8 @@ class Navigator:
             seq_reached=mission.seq_reached,
             seq_reached_timestamp=mission.seq_reached_us,
             seq_total=len(plans.mission.items),
-            item_do_jump_changed=mission.jumped >= 0,
-            item_changed_index=max(mission.jumped, 0),
+            item_do_jump_changed=mission.jumps.followed >= 0,
+            item_changed_index=max(mission.jumps.followed, 0),
             mission_state=mission.mission_state(),
         )
-        mission.jumped = -1
+        mission.jumps.followed = -1

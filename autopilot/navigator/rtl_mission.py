@@ -112,7 +112,7 @@ class RtlMission:
         state = self._state
         if state.dataman.mission is not self._plan or state.dataman.current_seq != self._seq:
             state.reset_triplet()
-            seq = self._mission.behind_jumps(state.dataman.current_seq) if self._mission.valid else None
+            seq = self._mission.jumps.behind(state.dataman.current_seq) if self._mission.valid else None
             self._has_item = seq is not None
             if seq is not None:
                 state.dataman.current_seq = seq

@@ -81,6 +81,20 @@ def test_a_jump_that_is_used_up_stays_so_within_another() -> None:
     assert vehicle.reached == [-1, 0, 1, 2, 1, 2, 1, 2, 5]
 
 
+def test_a_used_up_jump_at_the_end_leads_to_what_cannot_be_read() -> None:
+    """MissionBase::getNonJumpItem: by each look ahead from its last round on, and when the mission ends."""
+    nothing = "Waypoint could not be read."
+    places = item(WAYPOINT, 20, 0, 8), item(WAYPOINT, 60, 0, 8)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), *places, item(JUMP, 0, 0, 0, 1, 1))
+    vehicle.run(40.0)
+    assert vehicle.reached == [-1, 0, 1, 2, 1, 2]
+    assert vehicle.take_texts()[-4:] == [nothing] * 3 + ["Mission finished, loitering"]
+    assert vehicle.navigator.set_current_mission_item(vehicle.now_us, 3)
+    vehicle.set_mode(4, 4)
+    vehicle.run(1.0)
+    assert vehicle.take_texts()[-2:] == [nothing, "Mission item could not be set."]
+
+
 def test_hold_times() -> None:
     vehicle = started(
         item(TAKEOFF, 0, 0, 8),
