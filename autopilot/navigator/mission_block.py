@@ -2,12 +2,13 @@
 
 A place is reached inside the acceptance radius (the item's own, else NAV_ACC_RAD) and within NAV_MC_ALT_RAD of the
 height; with a yaw, also within MIS_YAW_ERR of it, where the heading is known well enough; then hold times run. What
-does not fly knows no height, a rover does not hold at waypoints, and takes the radius that its control works out for
-a corner where that is larger. Who stands on the ground reaches no place. LOITER_TO_ALT is flown to at the present
-height, changes it on the circle that a fixed wing would fly, and is reached there. A gate is reached where its plane is
-passed on the way to the place behind it. Landing is done when landed, takeoff when the height is reached. Gripper,
-winch and gimbal are given MIS_COMMAND_TOUT. All other items are done at once. With MIS_YAW_TMT, a yaw is waited for
-only where the item insists on it, and then the mission fails after that time.
+does not fly knows no height, a rover does not hold at waypoints, and takes the radius that its control works out for a
+corner where that is larger. Who stands on the ground reaches no place. LOITER_TO_ALT is flown to at the present height,
+changes it on the circle that a fixed wing would fly, and is reached there; where its param4 says so, the next leg
+begins at that circle's tangent. A gate is reached where its plane is passed on the way to the place behind it. Landing
+is done when landed, takeoff when the height is reached. Gripper, winch and gimbal are given MIS_COMMAND_TOUT. All other
+items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item insists on it, and then the mission
+fails after that time.
 """
 
 import math
@@ -19,7 +20,7 @@ from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.autopilot.topics import NavigatorMissionItem
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.geodesy import EARTH_RADIUS_M, MapProjection, wrap_pi
+from sitl_emu.core.geodesy import EARTH_RADIUS_M, MapProjection, bearing_rad, distance_m, wrap_pi
 
 M_PER_DEG = math.radians(EARTH_RADIUS_M)
 
@@ -80,9 +81,11 @@ class Target(NamedTuple):
     autocontinue: bool = True
     force_heading: bool = False
     loiter_radius_m: float = 0.0
-    """Of the circle that a fixed wing would fly; 0 or NaN: NAV_LOITER_RAD."""
+    """Of the circle that a fixed wing would fly, below 0 to the left; 0 or NaN: NAV_LOITER_RAD."""
     above_home_m: float = math.nan
     """NaN: the altitude does not count from home."""
+    loiter_exit_xtrack: bool = False
+    """The circle is left where its tangent leads to the next place."""
 
 
 def target_of(item: MissionItem, home_alt_m: float) -> Target:
@@ -105,6 +108,7 @@ def target_of(item: MissionItem, home_alt_m: float) -> Target:
         (item.command == LOITER_TIME and item.param2 > 0.0) or (item.command == LOITER_TO_ALT and item.param1 > 0.0),
         _loiter_radius_m(item),
         above_home_m,
+        item.command in (LOITER_TIME, LOITER_TO_ALT) and item.param4 > 0.0,
     )
 
 
@@ -136,6 +140,7 @@ def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem
         target.yaw_rad,
         0 if item is None else item.frame,
         ONBOARD if item is None else OF_PLAN,
+        loiter_exit_xtrack=target.loiter_exit_xtrack,
         force_heading=target.force_heading,
         altitude_is_relative=item is not None and item.frame in RELATIVE_FRAMES,
         autocontinue=target.autocontinue,
@@ -201,7 +206,11 @@ class Reached:
             return False
         passes = command == WAYPOINT and not state.traits.stops_at_waypoints
         hold_s = 0.0 if passes else max(target.hold_s, 0.0)
-        return (state.now_us - self._position_reached_us) * 1e-6 >= hold_s
+        if (state.now_us - self._position_reached_us) * 1e-6 < hold_s:
+            return False
+        if target.loiter_exit_xtrack:
+            _leave_on_tangent(state)
+        return True
 
     def _is_there(self, state: NavigatorState, target: Target) -> bool:
         position = state.position
@@ -271,3 +280,20 @@ def _is_passed(state: NavigatorState, gate: Target) -> bool:
     there_n, there_e = plane.project(current.lat, current.lon)
     here_n, here_e = plane.project(position.lat, position.lon)
     return (there_n != 0.0 or there_e != 0.0) and here_n * there_n + here_e * there_e >= 0.0
+
+
+def _leave_on_tangent(state: NavigatorState) -> None:
+    """The setpoint moves to where a fixed wing would leave its circle; the next leg begins there, whoever flies it."""
+    triplet = state.triplet
+    current, following = triplet.current, triplet.next
+    if not following.valid:
+        return
+    centre, there = (current.lat, current.lon), (following.lat, following.lon)
+    away_m, radius_m = distance_m(*centre, *there), abs(current.loiter_radius)
+    inner_rad = math.acos(radius_m / away_m) if radius_m < away_m else 0.0
+    turn_rad = inner_rad if current.loiter_direction_counter_clockwise else -inner_rad
+    exit_rad = bearing_rad(*centre, *there) + turn_rad
+    lat, lon = MapProjection(*centre).reproject(radius_m * math.cos(exit_rad), radius_m * math.sin(exit_rad))
+    state.triplet = triplet._replace(
+        timestamp=state.now_us, current=current._replace(type=int(SetpointType.POSITION), lat=lat, lon=lon)
+    )

@@ -71,7 +71,9 @@ def setpoint_of(state: NavigatorState, target: Target) -> PositionSetpoint:
     radius = target.acceptance_radius_m if target.acceptance_radius_m > 0.0 else math.nan
     alt_m = state.position.alt if target.command == LOITER_TO_ALT else target.alt_m
     setpoint = state.setpoint(kind, target.lat_deg, target.lon_deg, alt_m, target.yaw_rad, radius)
-    return setpoint._replace(loiter_radius=loiter_radius_m(state, target))
+    return setpoint._replace(
+        loiter_radius=loiter_radius_m(state, target), loiter_direction_counter_clockwise=target.loiter_radius_m < 0.0
+    )
 
 
 def fly_leg(
@@ -191,4 +193,7 @@ def hold_at(state: NavigatorState, setpoint: PositionSetpoint) -> PositionSetpoi
     """Hold where a setpoint is (MissionBlock::setLoiterItemFromCurrentPositionSetpoint)."""
     there = setpoint.lat, setpoint.lon, setpoint.alt, setpoint.yaw
     hold = state.setpoint(SetpointType.LOITER, *there, acceptance_radius_m=state.acceptance_radius_m())
-    return hold._replace(loiter_radius=setpoint.loiter_radius)
+    return hold._replace(
+        loiter_radius=setpoint.loiter_radius,
+        loiter_direction_counter_clockwise=setpoint.loiter_direction_counter_clockwise,
+    )

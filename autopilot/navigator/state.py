@@ -78,7 +78,7 @@ def settings_of(parameters: Parameters) -> Settings:
     return Settings(
         nav_acc_rad_m=float(parameters["NAV_ACC_RAD"]),
         nav_mc_alt_rad_m=float(parameters["NAV_MC_ALT_RAD"]),
-        nav_loiter_rad_m=float(parameters["NAV_LOITER_RAD"]),
+        nav_loiter_rad_m=abs(float(parameters["NAV_LOITER_RAD"])),
         nav_min_ltr_alt_m=float(parameters["NAV_MIN_LTR_ALT"]),
         nav_min_gnd_dist_m=float(parameters["NAV_MIN_GND_DIST"]),
         nav_ltr_last_dl=bool(parameters["NAV_LTR_LAST_DL"]),

@@ -21,6 +21,7 @@ class PositionSetpoint(NamedTuple):
     gliding_enabled: bool = False
     alt_acceptance_radius: float = NAN
     """NaN, and 0, for the parameter's."""
+    loiter_direction_counter_clockwise: bool = False
 
 
 class PositionSetpointTriplet(NamedTuple):

@@ -157,6 +157,22 @@ def test_who_circles_has_no_heading(command: int) -> None:
     run_until(vehicle, 2)
 
 
+@pytest.mark.parametrize(("radius_m", "north_m"), [(20.0, 59.6), (-20.0, 20.4)])
+def test_a_circle_that_is_left_on_its_tangent_begins_the_next_leg_there(radius_m: float, north_m: float) -> None:
+    """MissionBlock::is_mission_item_reached_or_completed (loiter_exit_xtrack): cos of the angle is 20 m / 100 m."""
+    circle = item(LOITER_TO_ALT, 40, 0, 8, 0.0, radius_m, 0.0, 1.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), circle, item(WAYPOINT, 40, 100, 8))
+    run_until(vehicle, 0)
+    vehicle.run(0.1)
+    current = vehicle.topics.position_setpoint_triplet.current
+    assert (current.loiter_radius, current.loiter_direction_counter_clockwise) == (20.0, radius_m < 0.0)
+    run_until(vehicle, 1)
+    vehicle.run(0.1)
+    previous = vehicle.topics.position_setpoint_triplet.previous
+    assert previous.type == SetpointType.POSITION
+    assert PLACE.project(previous.lat, previous.lon) == pytest.approx((north_m, 4.0), abs=0.1)
+
+
 @pytest.mark.parametrize(("radius_m", "circle_m"), [(0.0, 40.0), (math.nan, 40.0), (20.0, 30.0), (-20.0, 30.0)])
 def test_loiter_to_alt_changes_its_height_on_its_circle(radius_m: float, circle_m: float) -> None:
     """As high as before on the way; within acceptance radius and circle (else NAV_LOITER_RAD) it is climbed."""

@@ -24,8 +24,7 @@ _position_setpoint = by_name(
     {
         "course": NAN,
         "cruising_throttle": NAN,
-        **zeros("vx", "vy", "vz", "loiter_minor_radius", "loiter_orientation", "loiter_direction_counter_clockwise"),
-        **zeros("loiter_pattern"),
+        **zeros("vx", "vy", "vz", "loiter_minor_radius", "loiter_orientation", "loiter_pattern"),
     },
 )
 
