@@ -281,11 +281,12 @@ class Mission:
             self.replay_speed()
 
     def _look_at_roi(self) -> None:
-        """Turn to the region of interest, on the way to all but take-off and landing."""
+        """Turn to the region of interest, but not in a climb that takes off, nor in a landing.
+
+        Above the ground a takeoff's item is a waypoint like any other (Mission::handleTakeoff).
+        """
         state, target = self._state, self._target
         if target is None or not state.traits.flies or target.command in TAKEOFFS | LANDS:
-            return
-        if self._work is Work.DEFAULT and self.items[state.dataman.current_seq].command in TAKEOFFS:
             return
         triplet = state.triplet
         yaw_rad = self._roi.yaw_rad(triplet.current)

@@ -254,6 +254,18 @@ def test_a_waypoint_looks_at_the_region_of_interest_whatever_yaw_it_has(gimbal_l
     assert vehicle.reached == reached
 
 
+def test_a_takeoffs_place_looks_at_it_too_once_the_vehicle_is_above_it() -> None:
+    """Mission::handleTakeoff makes a waypoint of it, which waits for its heading; the fake looks north."""
+    vehicle = started(item(ROI_LOCATION, 0, 400, 0), item(TAKEOFF, 0, 0, 30), item(WAYPOINT, 40, 0, 30))
+    vehicle.run(5.0)
+    assert math.isnan(vehicle.topics.position_setpoint_triplet.current.yaw)
+    vehicle.run(20.0)
+    assert vehicle.topics.position_setpoint_triplet.current.yaw == pytest.approx(math.radians(90.0), abs=0.01)
+    assert vehicle.reached[-1] == 0
+    vehicle.turned = math.radians(90.0)
+    run_until(vehicle, 2)
+
+
 def test_a_mission_forgets_the_region_of_interest_of_before() -> None:
     """MissionBase::update_mission; gimbals do not."""
     vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 80, 0, 8, 0.0, 0.0, 0.0, 90.0))
