@@ -20,6 +20,7 @@ class Land:
         """Enter LAND."""
         state = self._state
         state.mission_finished = False
+        state.tell_mission()
         lat, lon = state.stop_point() if state.topics.vehicle_local_position.xy_global else (math.nan, math.nan)
         radius_m = state.acceptance_radius_m()
         state.fly(state.setpoint(SetpointType.LAND, lat, lon, 0.0, acceptance_radius_m=radius_m))
@@ -28,5 +29,7 @@ class Land:
 
     def on_active(self) -> None:
         """Every cycle in LAND."""
-        if self._state.landed:
-            self._state.finished = self._state.mission_finished = True
+        state = self._state
+        if state.landed:
+            state.finished = state.mission_finished = True
+            state.tell_mission()

@@ -101,8 +101,6 @@ class Mission:
         """home_position.update_count as MISSION has followed it."""
         self._mission_state = 0
         self.valid = False
-        self.seq_current = 0
-        """The current item as it was told last; another mode does not tell it when the ground chooses one."""
         self.seq_reached = -1
         self.seq_reached_us = 0
 
@@ -199,12 +197,14 @@ class Mission:
     def tell_progress(self) -> None:
         """The current item is told, whoever flies it."""
         self._state.mission_finished = False
-        self.seq_current = self._state.dataman.current_seq
+        self._state.mission_seq = self._state.dataman.current_seq
+        self._state.tell_mission()
 
     def tell_reached(self) -> None:
         """The current item has been reached, whoever flies it."""
         self.seq_reached = self._state.dataman.current_seq
         self.seq_reached_us = self._state.now_us
+        self._state.tell_mission()
 
     # --- as a mode ------------------------------------------------------------------------------------------
 
@@ -465,6 +465,6 @@ class Mission:
             self._mission_state = STATE_ACTIVE
         elif self.seq_reached >= 0:
             self._mission_state = STATE_PAUSED
-        elif self.seq_current < 1:
+        elif self._state.mission_seq < 1:
             self._mission_state = STATE_NOT_STARTED
         return self._mission_state

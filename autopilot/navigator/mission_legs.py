@@ -162,6 +162,7 @@ def stay(state: NavigatorState) -> None:
     MissionBase::setEndOfMissionItems.
     """
     state.finished = state.mission_finished = True
+    state.tell_mission()
     current, position = state.triplet.current, state.position
     if state.landed:
         state.fly(current)

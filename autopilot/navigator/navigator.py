@@ -272,7 +272,7 @@ class Navigator:
             valid=mission.valid,
             finished=self._state.finished,
             failure=self._state.mission_failure,
-            seq_current=mission.seq_current,
+            seq_current=self._state.mission_seq,
             seq_reached=mission.seq_reached,
             seq_reached_timestamp=mission.seq_reached_us,
             seq_total=len(plans.mission.items),

@@ -144,6 +144,8 @@ class NavigatorState:
         """The mode has done its work."""
         self.mission_finished = False
         """As PX4's mission_result says it: a mission, TAKEOFF or LAND has ended, and none of them has begun since."""
+        self.mission_seq = 0
+        """The mission's current item as it was told last; another mode does not tell it when the ground chooses one."""
         self.mission_failure = False
         """A heading that an item insists on was not reached in time."""
         self.return_alt_enforced = False
@@ -277,6 +279,10 @@ class NavigatorState:
     def reset_triplet(self) -> None:
         """Fly nothing (Navigator::reset_triplets)."""
         self.fly(self.no_setpoint())
+
+    def tell_mission(self) -> None:
+        """What the ground knows of the mission becomes what is known here (set_mission_result_updated)."""
+        self.dataman.told_seq = self.mission_seq
 
     def command(self, command: VehicleCommand, component: int = 0) -> None:
         """Give a command to the autopilot's other modules, and to `component` on every link (0: to all of them)."""

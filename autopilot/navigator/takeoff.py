@@ -44,6 +44,7 @@ class Takeoff:
             self._begin()
         elif self._reached.update(state, self._target) and not state.finished:
             state.finished = state.mission_finished = True
+            state.tell_mission()
             self._hold(self._target)
 
     def _hold(self, target: Target) -> None:
@@ -80,4 +81,5 @@ class Takeoff:
         self._target = Target(TAKEOFF, position.lat, position.lon, alt)
         self._reached.restart(state.now_us)
         state.finished = state.mission_finished = False
+        state.tell_mission()
         state.fly(state.setpoint(state.takeoff_type, lat, lon, alt, acceptance_radius_m=state.acceptance_radius_m()))

@@ -72,11 +72,13 @@ class Dataman:
         """Reads what the instance's folder `root` holds; `say` tells the ground of trouble."""
         self.plans: dict[int, Plan] = dict.fromkeys((MISSION, FENCE, RALLY), Plan())
         self.current_seq = 0
+        self.told_seq = 0
+        """The item that the ground takes for the current one: what it has chosen itself, or was told last."""
         self._path = None if root is None else root / storage.DATAMAN
         self._say = say
         self._packed = {kind: pack_plan(plan) for kind, plan in self.plans.items()}
         self._read()
-        self._saved_seq = self.current_seq
+        self.told_seq = self._saved_seq = self.current_seq
 
     @property
     def mission(self) -> Plan:

@@ -15,7 +15,7 @@ from tests.unit.plan_messages import HOME_X, MISSION_FRAME, RELATIVE, RELATIVE_I
 
 def test_mission_upload_and_download() -> None:
     peer = Peer()
-    assert upload(peer, item(0, 22), item(1), item(2)) == (0, 0)
+    assert upload(peer, item(0, 22, current=1), item(1), item(2)) == (0, 0)
     assert [each.command for each in peer.dataman.mission.items] == [22, 16, 16]
     announced = peer.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
     assert [(reply.count, reply.mission_type) for reply in announced] == [(3, 0)]

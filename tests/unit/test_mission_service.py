@@ -185,7 +185,7 @@ def test_a_shorter_plan_goes_on_at_its_last_item() -> None:
 
 def test_the_current_item_is_marked_in_every_kind_of_plan() -> None:
     peer = with_three_items()
-    peer.dataman.current_seq = 1
+    peer.dataman.told_seq = 1
     upload(peer, *(item(seq, 5100, mission_type=2) for seq in range(2)), kind=2)
     peer.send(request_list(2))
     assert [only(peer.send(request(seq, 2)), "MISSION_ITEM_INT")[0].current for seq in range(2)] == [0, 1]
@@ -336,8 +336,18 @@ def test_who_chooses_the_current_item_is_not_told_at_once() -> None:
     peer.send(mavlink.MAVLink_mission_set_current_message(1, 1, 2))
     told = [each.seq for each in only(peer.run(0.5) + peer.run(0.6), "MISSION_CURRENT")]
     assert told == [2]
-    peer.dataman.current_seq = 1
+    peer.dataman.told_seq = 1
     assert only(peer.run(0.05), "MISSION_CURRENT")[-1].seq == 1
+
+
+@pytest.mark.parametrize(("marked", "told"), [(None, 65535), (1, 1)])
+def test_a_plan_that_nobody_has_looked_at_has_no_current_item_unless_one_is_marked(
+    marked: int | None, told: int
+) -> None:
+    """MavlinkMissionManager::update_active_mission; PX4's navigator looks at it when it knows home."""
+    peer = Peer()
+    upload(peer, *(item(seq, current=int(seq == marked)) for seq in range(3)))
+    assert only(peer.run(1.1), "MISSION_CURRENT")[-1].seq == told
 
 
 def test_the_end_of_a_mission_is_told_at_once_and_so_is_its_new_begin() -> None:

@@ -136,6 +136,20 @@ def test_a_mission_that_goes_on_keeps_its_speed() -> None:
     assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 2.0
 
 
+def test_an_item_chosen_before_another_mode_is_forgotten_by_the_ground_until_the_mission_goes_on() -> None:
+    """MavlinkMissionManager::send takes the item of mission_result, which TAKEOFF publishes with the one of before."""
+    vehicle = uploaded(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(WAYPOINT, 40, 0, 8))
+    vehicle.dataman.told_seq = 2
+    assert vehicle.navigator.set_current_mission_item(vehicle.now_us, 2)
+    vehicle.run(0.2)
+    assert vehicle.dataman.told_seq == 2
+    vehicle.take_off(5.0)
+    assert (vehicle.dataman.told_seq, vehicle.dataman.current_seq) == (0, 2)
+    vehicle.set_mode(4, 4)
+    vehicle.run(0.2)
+    assert vehicle.dataman.told_seq == 2
+
+
 def test_set_current_goes_there_at_once() -> None:
     vehicle = started(
         item(TAKEOFF, 0, 0, 8),

@@ -67,8 +67,8 @@ class Uploads:
         self.set_current, self.plan_changed = set_current, plan_changed
         self.last_reached = -1
         """The item that was reached last; -1 once a new upload has begun."""
-        self.told_current = dataman.current_seq
-        """The current item that the ground knows of, because it was told or has chosen it itself."""
+        self.sent_current = dataman.told_seq
+        """The current item that the links have sent, or that the ground has chosen itself."""
 
     def store(self, now_us: int, kind: int, plan: Plan, current_seq: int) -> bool:
         """Replace a plan and tell the navigator; False if it can't be written."""
@@ -78,11 +78,16 @@ class Uploads:
             self.plan_changed(now_us)
         return True
 
+    def note_chosen(self, seq: int) -> None:
+        """The ground has chosen the current item, so that it needs not be told of it; -1: it has chosen none."""
+        self.dataman.told_seq = self.sent_current = seq
+
     def clear(self, now_us: int, kind: int) -> bool:
         """Make a plan empty; an unknown kind has none, which is no trouble to PX4."""
         current_seq = self.dataman.current_seq
         if kind == MISSION:
-            current_seq = self.told_current = 0
+            current_seq = 0
+            self.note_chosen(0)
         if kind not in MAX_ITEMS or self.store(now_us, kind, Plan(), current_seq):
             return True
         if kind in WRITE_FAILURE:
@@ -214,7 +219,7 @@ class Manager:
         """Replace the plan. The mission goes on at its item, as far as the new one has it, unless one is marked."""
         current_seq = self._dataman.current_seq
         if self._kind == MISSION:
-            self._uploads.told_current = self._current_seq
+            self._uploads.note_chosen(self._current_seq)
             current_seq = self._current_seq if self._current_seq >= 0 else min(current_seq, self._count - 1)
         return self._uploads.store(now_us, self._kind, Plan(tuple(self._items), self._crc), current_seq)
 
@@ -277,7 +282,7 @@ class Manager:
 
     def _send_item(self, item: MissionItem) -> None:
         seq = item.seq
-        current = seq == self._dataman.current_seq
+        current = seq == self._dataman.told_seq
         if self._integer:
             frame = item.frame
             message_id = mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT
@@ -324,7 +329,7 @@ class Manager:
         elif sequence >= len(self._dataman.mission.items):
             self._say("WPM: WP CURR CMD: Not in list\t", "mavlink_mission_seq_out_of_bounds")
         else:
-            self._uploads.told_current = sequence
+            self._uploads.note_chosen(sequence)
             if self._uploads.set_current is not None:
                 self._uploads.set_current(now_us, sequence)
             else:
@@ -428,8 +433,8 @@ class Mission:
                 manager.tell_jump(result.item_changed_index)
         completes = (result.mission_state == COMPLETE) is not (self._result.mission_state == COMPLETE)
         self._result = result
-        if self._dataman.current_seq != uploads.told_current or completes:
-            uploads.told_current = self._dataman.current_seq
+        if self._dataman.told_seq != uploads.sent_current or completes:
+            uploads.sent_current = self._dataman.told_seq
             for link in self._links:
                 link.hurry(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
 

@@ -1,4 +1,9 @@
-"""MISSION_CURRENT: the current item, how many there are, and the plans' ids (PX4: mavlink_mission.cpp)."""
+"""MISSION_CURRENT: the current item, how many there are, and the plans' ids (PX4: mavlink_mission.cpp).
+
+The item is what the ground has chosen, until the navigator tells of its mission (mission_result): whoever chooses
+another item in HOLD and takes off then hears of the one before again, until the mission goes on at the chosen one. Of
+a plan without a marked item it is none (65535) until the navigator has looked at it, for which it waits for home.
+"""
 
 from typing import Final
 
@@ -20,7 +25,7 @@ def fields(now_us: int, context: Context) -> Fields:
     total = len(dataman.mission.items)
     active = FLIGHT_MODES[context.topics.vehicle_status.nav_state].mission_is_active
     return (
-        dataman.current_seq if total else 0,
+        dataman.told_seq & 0xFFFF if total else 0,
         total or NO_MISSION_TOTAL,
         result.mission_state or mavlink.MISSION_STATE_NO_MISSION,
         MODE_ACTIVE if active else MODE_SUSPENDED,
