@@ -151,14 +151,14 @@ class Mission:
         return away_m <= self._state.acceptance_radius_m() + loiter_radius_m(self._state, target)
 
     def set_current(self, seq: int) -> bool:
-        """MISSION_SET_CURRENT; False for an item that is not there."""
+        """MISSION_SET_CURRENT; False for an item that is not there. The current one again changes nothing."""
         if not 0 <= seq < len(self.items):
             return False
-        changes = seq != self._state.dataman.current_seq
-        self._state.dataman.current_seq = seq
-        self._resume.forget()
-        if changes and self._active:
-            self._start()
+        if seq != self._state.dataman.current_seq:
+            self._state.dataman.current_seq = seq
+            if self._active:
+                self._start()
+            self._resume.forget()
         self._has_next_item = self._is_valid()
         return True
 

@@ -93,12 +93,14 @@ def test_without_pictures_it_goes_on_where_it_was() -> None:
     assert DISTANCE not in said(vehicle, since)
 
 
-def test_an_item_that_the_ground_chooses_is_where_it_begins() -> None:
+@pytest.mark.parametrize(("chosen", "begins"), [(8, 8), (7, 6)])
+def test_an_item_that_the_ground_chooses_is_where_it_begins_but_for_the_one_it_was_at(chosen: int, begins: int) -> None:
+    """MissionBase::checkMissionDataChanged: the same item again is no news, so it still goes back for pictures."""
     vehicle = flying_between_third_and_fourth(25.0)
-    assert vehicle.navigator.set_current_mission_item(vehicle.now_us, 8)
+    assert vehicle.navigator.set_current_mission_item(vehicle.now_us, chosen)
     assert vehicle.set_mode(4, 4) == 0
     vehicle.run(0.2)
-    assert vehicle.topics.mission_result.seq_current == 8
+    assert vehicle.topics.mission_result.seq_current == begins
 
 
 @pytest.mark.parametrize(
