@@ -116,3 +116,11 @@ def test_the_height_of_an_approach_may_be_told_and_is_not_kept() -> None:
     assert result == ACCEPTED
     assert found is not None
     assert (found.param3, found.param4) == (0.0, 90.0)
+
+
+@pytest.mark.parametrize(("name", "kept"), [("NAV_WAYPOINT", 30.0), ("NAV_LAND", 30.0), ("NAV_TAKEOFF", 0.0)])
+def test_a_fence_keeps_the_number_of_other_items_that_lies_where_a_circles_radius_does(name: str, kept: float) -> None:
+    """The union of mission_item_s (src/modules/navigator/navigation.h)."""
+    found, _ = parsed(number(name), RELATIVE_INT, FENCE, param1=30.0)
+    assert found is not None
+    assert found.param1 == kept

@@ -45,7 +45,7 @@ POLYGONS = frozenset(
     (mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION)
 )
 SMALLEST_POLYGON = 3
-KEPT_IN_FENCE = items_where(lambda item: item.plan == FENCE) | {mavlink.MAV_CMD_NAV_WAYPOINT, LOITER_TIME}
+KEPT_IN_FENCE = items_where(lambda item: item.plan == FENCE) | {mavlink.MAV_CMD_NAV_WAYPOINT, LOITER_TIME, LAND}
 """A fence keeps one parameter, where a circle has its radius; these commands come back with it."""
 NOT_GIVEN = (0x7FFFFFFF, -0x80000000)
 CRC_LAYOUT = {False: struct.Struct("<BHB4fiif"), True: struct.Struct("<BHB7f")}
