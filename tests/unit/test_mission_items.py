@@ -3,6 +3,7 @@
 They are the cases of MavlinkMissionManager::parse_mavlink_mission_item (mavlink_mission.cpp, v1.18).
 """
 
+import math
 from typing import Any
 
 import pytest
@@ -124,3 +125,10 @@ def test_a_fence_keeps_the_number_of_other_items_that_lies_where_a_circles_radiu
     found, _ = parsed(number(name), RELATIVE_INT, FENCE, param1=30.0)
     assert found is not None
     assert found.param1 == kept
+
+
+@pytest.mark.parametrize(("asked", "kept"), [(-90.0, 270.0), (400.0, 40.0), (math.nan, math.nan), (math.inf, math.nan)])
+def test_a_heading_is_kept_within_a_turn(asked: float, kept: float) -> None:
+    found, _ = parsed(number("NAV_WAYPOINT"), RELATIVE_INT, param4=asked)
+    assert found is not None
+    assert found.param4 == pytest.approx(kept, nan_ok=True)

@@ -166,5 +166,5 @@ def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, 
 
 
 def _wrapped(degrees: float) -> float:
-    """A heading within 0 and 360."""
-    return degrees if 0.0 <= degrees < 360.0 or not math.isfinite(degrees) else degrees % 360.0
+    """A heading within 0 and 360; none, as NaN, of what is infinite (matrix::wrap_2pi)."""
+    return degrees if 0.0 <= degrees < 360.0 else degrees % 360.0
