@@ -33,6 +33,7 @@ from sitl_emu.autopilot.navigator.mission_block import (
     keep_off_ground,
     loiter_radius_m,
     target_of,
+    tell_command,
     tell_item,
 )
 from sitl_emu.autopilot.navigator.mission_commands import DO_CHANGE_SPEED, MissionCommands
@@ -387,6 +388,7 @@ class Mission:
     def _carry_out(self, item: MissionItem) -> None:
         state = self._state
         self._begin(target_of(item, state.home_alt_m()), Work.DEFAULT)
+        tell_command(state, state.dataman.current_seq, item)
         triplet = state.triplet
         stops = item.command == DELAY  # so that the vehicle holds where it is rather than heading on
         following = state.no_setpoint() if stops else triplet.next
@@ -397,6 +399,7 @@ class Mission:
         """Fly to the place behind a gate, and through it on the way."""
         state = self._state
         self._begin(target_of(item, state.home_alt_m()), Work.DEFAULT)
+        tell_command(state, state.dataman.current_seq, item)
         places = [self._setpoint_at(place) for place in self._ahead]
         current, following = (*places, state.triplet.current, state.no_setpoint())[:2]
         fly_leg(state, current, following)
@@ -408,11 +411,19 @@ class Mission:
         self._climb_alt_m = math.nan
         text = f"Climb to {above_home_m:.1f} meters above home\t"
         state.say(Severity.INFO, text, "mission_climb_before_start", above_home_m)
-        command = TAKEOFF if state.landed else LOITER_TO_ALT
-        target = Target(command, position.lat, position.lon, alt_m)
-        self._begin(target, Work.CLIMB)
-        tell_item(state, state.dataman.current_seq, target)
         then = target_of(item, state.home_alt_m())._replace(command=WAYPOINT)
+        target = then._replace(
+            command=TAKEOFF if state.landed else LOITER_TO_ALT,
+            lat_deg=position.lat,
+            lon_deg=position.lon,
+            alt_m=alt_m,
+            yaw_rad=math.nan,
+            hold_s=0.0,
+            autocontinue=True,
+            above_home_m=math.nan,
+        )
+        self._begin(target, Work.CLIMB)
+        tell_item(state, state.dataman.current_seq, target, item, as_planned=False)
         fly_leg(state, setpoint_of(state, target), setpoint_of(state, then))
 
     def _fly_to_item(self, item: MissionItem, before: Work) -> None:

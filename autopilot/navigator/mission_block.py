@@ -41,6 +41,8 @@ RALLY_FRAMES = frozenset(
     )
 )
 """Of a rally point that a return knows (RTL::extractValidSafePointPosition)."""
+NAV_CMD_IDLE = 0
+"""PX4's own: nothing is flown."""
 WAYPOINT = mavlink.MAV_CMD_NAV_WAYPOINT
 LOITER_UNLIM = mavlink.MAV_CMD_NAV_LOITER_UNLIM
 LOITER_TIME = mavlink.MAV_CMD_NAV_LOITER_TIME
@@ -124,8 +126,14 @@ def loiter_radius_m(state: NavigatorState, target: Target) -> float:
     return radius_m if math.isfinite(radius_m) and radius_m > 0.0 else state.settings.nav_loiter_rad_m
 
 
-def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem | None = None) -> None:
-    """Tell the log what is flown now (navigator_mission_item): an item of the plan, or one made on board."""
+def tell_item(
+    state: NavigatorState, seq: int, target: Target, item: MissionItem | None = None, *, as_planned: bool = True
+) -> None:
+    """Tell the log what is flown now (navigator_mission_item): an item of the plan, or one made on board.
+
+    What is made of a plan's item (not `as_planned`: a climb before it) is still the plan's, at an absolute height.
+    """
+    as_planned = as_planned and item is not None
     radius_m = target.acceptance_radius_m if item is not None else state.acceptance_radius_m()
     state.topics.navigator_mission_item = NavigatorMissionItem(
         state.now_us,
@@ -133,7 +141,7 @@ def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem
         target.command,
         target.lat_deg,
         target.lon_deg,
-        target.alt_m if item is None else item.z,
+        item.z if as_planned and item is not None else target.alt_m,
         target.hold_s,
         radius_m,
         target.loiter_radius_m if item is not None else loiter_radius_m(state, target),
@@ -142,8 +150,29 @@ def tell_item(state: NavigatorState, seq: int, target: Target, item: MissionItem
         ONBOARD if item is None else OF_PLAN,
         loiter_exit_xtrack=target.loiter_exit_xtrack,
         force_heading=target.force_heading,
-        altitude_is_relative=item is not None and item.frame in RELATIVE_FRAMES,
+        altitude_is_relative=as_planned and item is not None and item.frame in RELATIVE_FRAMES,
         autocontinue=target.autocontinue,
+    )
+
+
+def tell_command(state: NavigatorState, seq: int, item: MissionItem) -> None:
+    """The same of an item without a place: its parameters lie where a place's radius, circle and yaw do."""
+    in_global = item.frame != mavlink.MAV_FRAME_MISSION
+    state.topics.navigator_mission_item = NavigatorMissionItem(
+        state.now_us,
+        seq,
+        item.command,
+        item.lat_deg if in_global else 0.0,
+        item.lon_deg if in_global else 0.0,
+        item.z,
+        target_of(item, state.home_alt_m()).hold_s,
+        item.param2,
+        item.param3,
+        item.param4,
+        item.frame,
+        OF_PLAN,
+        altitude_is_relative=item.frame in RELATIVE_FRAMES,
+        autocontinue=bool(item.autocontinue),
     )
 
 

@@ -15,6 +15,8 @@ from sitl_emu.autopilot.navigator.mission_block import (
     LOITER_TIME,
     LOITER_TO_ALT,
     LOITER_UNLIM,
+    NAV_CMD_IDLE,
+    ONBOARD,
     TAKEOFFS,
     WAYPOINT,
     Target,
@@ -129,8 +131,9 @@ def move_to_land(state: NavigatorState, item: MissionItem) -> Target:
     land = target_of(item, state.home_alt_m())
     current = state.triplet.current
     alt_m = current.alt if current.valid and current.type == SetpointType.POSITION else state.position.alt
-    above = Target(WAYPOINT, land.lat_deg, land.lon_deg, alt_m)
-    tell_item(state, state.dataman.current_seq, above)
+    radius_m = state.acceptance_radius_m()
+    above = Target(WAYPOINT, land.lat_deg, land.lon_deg, alt_m, acceptance_radius_m=radius_m)
+    tell_item(state, state.dataman.current_seq, above, item, as_planned=False)
     fly_leg(state, setpoint_of(state, above), setpoint_of(state, land))
     return above
 
@@ -172,6 +175,27 @@ def stay(state: NavigatorState) -> None:
         radius_m = state.acceptance_radius_m()
         here = position.lat, position.lon, state.loiter_alt_m()
         state.fly(state.setpoint(SetpointType.LOITER, *here, acceptance_radius_m=radius_m))
+    _tell_end(state)
+
+
+def _tell_end(state: NavigatorState) -> None:
+    """Tell the log: on the ground the last item idles, in the air it becomes the place to hold at."""
+    last, hold = state.topics.navigator_mission_item, state.triplet.current
+    told = last._replace(timestamp=state.now_us, nav_cmd=NAV_CMD_IDLE, time_inside=0.0)
+    if not state.landed:
+        told = told._replace(
+            nav_cmd=LOITER_UNLIM,
+            latitude=hold.lat,
+            longitude=hold.lon,
+            altitude=hold.alt,
+            acceptance_radius=hold.acceptance_radius,
+            loiter_radius=-hold.loiter_radius if hold.loiter_direction_counter_clockwise else hold.loiter_radius,
+            yaw=hold.yaw,
+            origin=ONBOARD,
+            altitude_is_relative=False,
+            autocontinue=False,
+        )
+    state.topics.navigator_mission_item = told
 
 
 def stop_below_ceiling(state: NavigatorState) -> bool:

@@ -24,6 +24,7 @@ from sitl_emu.autopilot.navigator.mission_block import (
     Target,
     keep_off_ground,
     target_of,
+    tell_command,
     tell_item,
 )
 from sitl_emu.autopilot.navigator.mission_legs import (
@@ -256,6 +257,7 @@ class RtlMission:
             self._climb(item)
         elif item.command not in WITH_POSITION:
             self._begin(target_of(item, self._state.home_alt_m()), Work.DEFAULT)
+            tell_command(self._state, self._seq, item)
             self._mission.commands.issue(item)
         elif self._kind is RtlType.MISSION_FAST_REVERSE:
             self._fly_back(item, work)

@@ -441,16 +441,36 @@ def test_on_the_way_to_a_landing_the_ground_is_the_next_place() -> None:
 
 
 def test_the_log_is_told_of_each_item_as_px4_tells_it() -> None:
-    """Relative altitudes stay as they are in the plan; the climb before it is made on board."""
-    vehicle = started(
-        item(mavlink.MAV_CMD_NAV_TAKEOFF, up_m=10.0), item(mavlink.MAV_CMD_NAV_WAYPOINT, north_m=20.0, up_m=10.0)
-    )
+    """Relative altitudes stay as they are in the plan, but for the climb before it (Mission::handleTakeoff)."""
+    vehicle = started(item(TAKEOFF, up_m=10.0), item(WAYPOINT, 20.0, 0.0, 10.0))
     vehicle.run(0.1)
     told = vehicle.topics.navigator_mission_item
-    assert (told.nav_cmd, told.origin, told.altitude_is_relative) == (mavlink.MAV_CMD_NAV_TAKEOFF, 1, False)
+    assert (told.nav_cmd, told.origin, told.frame, told.altitude_is_relative) == (TAKEOFF, 0, 6, False)
+    assert told.altitude == pytest.approx(HOME_ALT + 10.0)
     run_until(vehicle, reached=0)
     vehicle.run(0.2)
     told = vehicle.topics.navigator_mission_item
-    assert (told.sequence_current, told.nav_cmd, told.origin) == (1, mavlink.MAV_CMD_NAV_WAYPOINT, 0)
+    assert (told.sequence_current, told.nav_cmd, told.origin) == (1, WAYPOINT, 0)
     assert told.altitude_is_relative
     assert vehicle.topics.navigator_status.nav_state == NavState.AUTO_MISSION
+
+
+def test_the_log_is_told_of_items_without_a_place_and_of_the_end_too() -> None:
+    """MissionBase::publish_navigator_mission_item; parameters 2 to 4 lie where a place has other numbers."""
+    delay = item(DELAY, 0, 0, 0, 2.0, -1.0, -2.0, -3.0)._replace(frame=2, z=7.0)
+    vehicle = started(item(TAKEOFF, up_m=10.0), delay, item(WAYPOINT, 20.0, 0.0, 10.0))
+    run_until(vehicle, reached=0)
+    vehicle.run(0.2)
+    told = vehicle.topics.navigator_mission_item
+    assert (told.sequence_current, told.nav_cmd, told.time_inside, told.frame) == (1, DELAY, 2.0, 2)
+    assert (told.latitude, told.longitude, told.altitude) == (0.0, 0.0, 7.0)
+    assert (told.acceptance_radius, told.loiter_radius, told.yaw) == (-1.0, -2.0, -3.0)
+    run_until(vehicle, reached=2)
+    vehicle.run(0.2)
+    told = vehicle.topics.navigator_mission_item
+    assert (told.nav_cmd, told.origin, told.autocontinue) == (mavlink.MAV_CMD_NAV_LOITER_UNLIM, 1, False)
+    assert told.altitude == pytest.approx(HOME_ALT + 10.0)
+    landing = started(item(TAKEOFF, up_m=10.0), item(LAND, 0.0, 0.0))
+    landing.run_until_disarmed()
+    told = landing.topics.navigator_mission_item
+    assert (told.sequence_current, told.nav_cmd, told.origin) == (1, 0, 0)
