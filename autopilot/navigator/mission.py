@@ -128,7 +128,7 @@ class Mission:
         if checks:
             self._check()
         if (is_new or checks) and self._active:
-            self._start()
+            self._start(keeps_leg=not is_new)
         if is_new or checks:
             self._has_next_item = self._is_valid()
 
@@ -295,10 +295,11 @@ class Mission:
             self._target = target._replace(yaw_rad=yaw_rad)
             state.triplet = triplet._replace(timestamp=state.now_us, current=triplet.current._replace(yaw=yaw_rad))
 
-    def _start(self) -> None:
-        """The mission begins or goes on at its current item."""
+    def _start(self, *, keeps_leg: bool = False) -> None:
+        """The mission begins or goes on at its current item; on the leg that is flown if only the fence is new."""
         state = self._state
-        state.reset_triplet()
+        if not keeps_leg:
+            state.reset_triplet()
         state.finished = False
         ready = self._has_next_item and self._is_valid()
         self._executing = announce(state, ready=ready, executing=self._executing)

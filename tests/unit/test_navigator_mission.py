@@ -3,7 +3,7 @@
 import pytest
 
 from sitl_emu.autopilot.constants import NavState, SetpointType
-from sitl_emu.autopilot.storage.dataman import MISSION, Plan
+from sitl_emu.autopilot.storage.dataman import FENCE, MISSION, Plan
 from sitl_emu.core import dialect as mavlink
 
 from .navigation_fake import PLACE, FakeVehicle, item
@@ -134,6 +134,24 @@ def test_a_mission_that_goes_on_keeps_its_speed() -> None:
     vehicle.set_mode(4, 4)
     vehicle.run(1.0)
     assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 2.0
+
+
+def test_a_new_fence_leaves_the_vehicle_on_its_leg_and_a_new_mission_does_not() -> None:
+    """MissionBase::on_active checks the mission again; MissionBase::onMissionUpdate resets the triplet."""
+    items = item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(WAYPOINT, 20, 90, 8)
+    vehicle = started(*items)
+    run_until(vehicle, 1)
+    vehicle.run(2.0)
+    before = vehicle.topics.position_setpoint_triplet.previous
+    assert before.valid
+    place = item(5003, 0, 0, 0, 500.0)._replace(frame=5)
+    vehicle.dataman.store(FENCE, Plan((place,), opaque_id=2), vehicle.dataman.current_seq)
+    vehicle.run(0.2)
+    assert vehicle.topics.position_setpoint_triplet.previous == before
+    numbered = tuple(each._replace(seq=seq) for seq, each in enumerate(items))
+    vehicle.dataman.store(MISSION, Plan(numbered, opaque_id=3), vehicle.dataman.current_seq)
+    vehicle.run(0.2)
+    assert not vehicle.topics.position_setpoint_triplet.previous.valid
 
 
 def test_an_item_chosen_before_another_mode_is_forgotten_by_the_ground_until_the_mission_goes_on() -> None:
