@@ -102,7 +102,6 @@ class Mission:
         """home_position.update_count as MISSION has followed it."""
         self._mission_state = 0
         self.valid = False
-        self.seq_reached = -1
         self.seq_reached_us = 0
 
     @property
@@ -180,7 +179,7 @@ class Mission:
         """Work out whether the mission can be flown, and forget what was reached of it."""
         self._checked = True
         self.valid = is_feasible(self._state, self._geofence, self.items)
-        self.seq_reached = -1
+        self._state.seq_reached = -1
         self._state.mission_failure = False
         self.tell_progress()
 
@@ -191,7 +190,7 @@ class Mission:
         """A mission begins or goes on: what was reached, and what was looked at, is forgotten (update_mission)."""
         self._roi.forget()
         if self.valid:
-            self.seq_reached = -1
+            self._state.seq_reached = -1
             self._state.mission_failure = False
         self.tell_progress()
 
@@ -203,7 +202,7 @@ class Mission:
 
     def tell_reached(self) -> None:
         """The current item has been reached, whoever flies it."""
-        self.seq_reached = self._state.dataman.current_seq
+        self._state.seq_reached = self._state.dataman.current_seq
         self.seq_reached_us = self._state.now_us
         self._state.tell_mission()
 
@@ -214,6 +213,7 @@ class Mission:
         if self._active:
             self._payload.leave_mission()
             self._resume.leave(self._state.dataman.current_seq)
+            self._state.seq_reached = -1
         self._active = self._executing = False
         self._work = Work.DEFAULT
         self._was_disarmed = self._was_disarmed or not self._state.armed
@@ -475,7 +475,7 @@ class Mission:
             self._mission_state = STATE_COMPLETE
         elif FLIGHT_MODES[self._state.topics.vehicle_status.nav_state].mission_is_active:
             self._mission_state = STATE_ACTIVE
-        elif self.seq_reached >= 0:
+        elif self._state.told_reached >= 0:
             self._mission_state = STATE_PAUSED
         elif self._state.mission_seq < 1:
             self._mission_state = STATE_NOT_STARTED

@@ -146,6 +146,9 @@ class NavigatorState:
         """As PX4's mission_result says it: a mission, TAKEOFF or LAND has ended, and none of them has begun since."""
         self.mission_seq = 0
         """The mission's current item as it was told last; another mode does not tell it when the ground chooses one."""
+        self.seq_reached = self.told_reached = -1
+        """The mission's item that was reached last, -1 for none, and as it was told: a mission that is left has none,
+        which is told when another mode next tells of its own end or begin."""
         self.mission_failure = False
         """A heading that an item insists on was not reached in time."""
         self.return_alt_enforced = False
@@ -282,7 +285,7 @@ class NavigatorState:
 
     def tell_mission(self) -> None:
         """What the ground knows of the mission becomes what is known here (set_mission_result_updated)."""
-        self.dataman.told_seq = self.mission_seq
+        self.dataman.told_seq, self.told_reached = self.mission_seq, self.seq_reached
 
     def command(self, command: VehicleCommand, component: int = 0) -> None:
         """Give a command to the autopilot's other modules, and to `component` on every link (0: to all of them)."""

@@ -85,6 +85,21 @@ def test_where_the_ground_starts_a_mission_it_does_not_go_back_for_pictures() ->
     assert vehicle.topics.mission_result.seq_current == 4
 
 
+def test_a_mission_that_was_left_is_paused_until_a_landing_forgets_what_it_had_reached() -> None:
+    """MissionBase::on_inactivation; what it sets is published by the next mode that does (Land::on_activation)."""
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8), item(WAYPOINT, 60, 0, 8))
+    run_until(vehicle, 1)
+    vehicle.set_mode(4, 3)
+    vehicle.run(0.2)
+    assert (mission_state(vehicle), vehicle.topics.mission_result.seq_reached) == (PAUSED, 1)
+    vehicle.set_mode(4, 6)
+    vehicle.run(0.2)
+    assert (mission_state(vehicle), vehicle.topics.mission_result.seq_reached) == (ACTIVE, -1)
+    vehicle.set_mode(4, 3)
+    vehicle.run(0.2)
+    assert mission_state(vehicle) == ACTIVE
+
+
 def test_a_takeoff_completes_as_a_mission_does_but_a_return_does_not() -> None:
     """mission_result.finished: of TAKEOFF, LAND and missions, until one of them begins again."""
     vehicle = uploaded(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 20, 0, 8))
