@@ -8,7 +8,7 @@ changes it on the circle that a fixed wing would fly, and is reached there; wher
 begins at that circle's tangent. A gate is reached where its plane is passed on the way to the place behind it. Landing
 is done when landed, takeoff when the height is reached. Gripper, winch and gimbal are given MIS_COMMAND_TOUT. All other
 items are done at once. With MIS_YAW_TMT, a yaw is waited for only where the item insists on it, and then the mission
-fails after that time.
+fails after that time, in whole seconds.
 """
 
 import math
@@ -281,7 +281,8 @@ class Reached:
         if settings.mis_yaw_tmt_s <= 0.0:
             return False
         waited_s = (state.now_us - self._position_reached_us) * 1e-6
-        if target.force_heading and waited_s >= settings.mis_yaw_tmt_s and not state.mission_failure:
+        limit_s = math.floor(settings.mis_yaw_tmt_s)
+        if target.force_heading and waited_s >= limit_s and not state.mission_failure:
             state.mission_failure = True
             text = "unable to reach heading within timeout\t"
             state.say(Severity.CRITICAL, text, "navigator_mission_failure_heading")

@@ -145,6 +145,16 @@ def test_with_a_time_limit_only_a_forced_heading_is_waited_for(
     assert (3 in vehicle.reached) is not failed
 
 
+def test_the_limit_of_a_forced_heading_counts_in_whole_seconds() -> None:
+    """MIS_YAW_TMT of 0.9 s is none at all; the fake never turns to what it shall look at."""
+    place = item(LOITER_TIME, 40, 0, 8, 0.0, 1.0, 0.0, 1.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(ROI_LOCATION, 40, 400, 0), place, MIS_YAW_TMT=0.9)
+    while vehicle.north < 30.0:
+        vehicle.step()
+    vehicle.run(0.3)
+    assert vehicle.topics.mission_result.failure
+
+
 @pytest.mark.parametrize("command", [mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TO_ALT])
 def test_who_circles_has_no_heading(command: int) -> None:
     """Param4 says how the circle is left (MavlinkMissionManager::parse_mavlink_mission_item)."""
