@@ -97,7 +97,7 @@ def target_of(item: MissionItem, home_alt_m: float) -> Target:
         return Target(item.command, item.lat_deg, item.lon_deg, hold_s=hold_s, autocontinue=bool(item.autocontinue))
     above_home_m = item.z if item.frame in RELATIVE_FRAMES else math.nan
     yaw_deg = item.param4 if item.command in WITH_HEADING else math.nan
-    yaw_rad = wrap_pi(math.radians(yaw_deg)) if math.isfinite(yaw_deg) else math.nan
+    yaw_rad = math.radians(yaw_deg) % math.tau  # as PX4 keeps it (wrap_2pi in parse_mavlink_mission_item)
     return Target(
         item.command,
         item.lat_deg,

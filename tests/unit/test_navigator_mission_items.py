@@ -113,6 +113,15 @@ def test_hold_times() -> None:
     assert times[3] - times[2] == pytest.approx(5.0, abs=0.1)
 
 
+@pytest.mark.parametrize(("yaw_deg", "told_deg"), [(90.0, 90.0), (-90.0, 270.0), (math.nan, math.nan)])
+def test_a_places_yaw_is_told_between_0_and_360_degrees(yaw_deg: float, told_deg: float) -> None:
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8, 0.0, 0.0, 0.0, yaw_deg))
+    run_until(vehicle, 0)
+    vehicle.run(0.1)
+    yaw_rad = vehicle.topics.position_setpoint_triplet.current.yaw
+    assert math.degrees(yaw_rad) == pytest.approx(told_deg, nan_ok=True)
+
+
 def test_a_delay_without_a_number_is_none() -> None:
     """MissionBlock::get_time_inside takes the larger of it and 0, which for NaN is 0."""
     nan = math.nan
