@@ -164,7 +164,7 @@ class Mavlink:
                 modules.mission_changed,
             ),
             offboard.Offboard(topics, parameters, system_id, texts.of("mavlink")),
-            landing_target.LandingTarget(topics, texts.of("mavlink")),
+            landing_target.LandingTarget(topics, parameters, texts.of("mavlink")),
             obstacle_distance.ObstacleDistance(topics),
             odometry.Odometry(topics, texts.of("mavlink")),
             optical_flow.OpticalFlow(topics, parameters),

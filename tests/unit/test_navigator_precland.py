@@ -236,6 +236,56 @@ def test_a_position_is_taken_in_local_ned_alone() -> None:
     assert [text.text for text in peer.texts.recent] == ["Landing target: coordinate frame 12 unsupported\t"]
 
 
+def target_relative(frame: int, q: tuple[float, ...] = (0.0,) * 4, kind: int = 2) -> Any:
+    return mavlink.MAVLink_target_relative_message(0, 4.0, -3.0, 0.5, (0.1,) * 3, 0.1, (0.0,) * 4, q, 0, frame, kind)
+
+
+@pytest.mark.parametrize(
+    ("frame", "q", "place"),
+    [
+        (0, (), (4.0, -3.0, 0.5)),
+        (1, (), (13.0, 24.0, -7.5)),
+        (1, (1.0, 0.0, 0.0, 0.0), (14.0, 17.0, -7.5)),
+        (2, (), (14.0, 17.0, -7.5)),
+        (2, (0.0, 0.0, 0.0, 1.0), (14.0, 17.0, -7.5)),
+        (3, (0.0, 0.0, 0.0, 2.0), (6.0, 23.0, -7.5)),
+    ],
+)
+def test_a_target_is_seen_from_the_vehicle(frame: int, q: tuple[float, ...], place: tuple[float, ...]) -> None:
+    """In the local frame; along the axes of a vehicle that heads east, or of what it tells; of NED; of the sensor."""
+    peer = Peer()
+    peer.parameters.set("VTE_EN", 0)
+    peer.topics.vehicle_local_position = VehicleLocalPosition(1, xy_valid=True, z_valid=True, x=10.0, y=20.0, z=-8.0)
+    peer.topics.vehicle_attitude = VehicleAttitude(1, quaternion(0.0, 0.0, math.pi / 2.0))
+    peer.send(target_relative(frame, q or (0.0,) * 4))
+    assert peer.topics.landing_target_pose[1:] == pytest.approx(place, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("frame", "kind", "text"),
+    [
+        (4, 2, "coordinate frame 4 unsupported."),
+        (0, 3, "type 3 unsupported."),
+        (3, 2, "coordinate frame 3 unsupported when the q_sensor is not filled."),
+    ],
+)
+def test_what_px4_refuses_of_targets(frame: int, kind: int, text: str) -> None:
+    peer = Peer()
+    peer.send(target_relative(frame, kind=kind))
+    assert peer.topics.landing_target_pose.timestamp == 0
+    assert [said.text for said in peer.texts.recent] == [f"target relative: {text}\t"]
+
+
+@pytest.mark.parametrize(("frame", "estimator"), [(1, 0), (2, 0), (0, 1)])
+def test_a_target_without_a_place_or_for_the_estimator_is_not_kept(frame: int, estimator: int) -> None:
+    peer = Peer()
+    peer.now_us = 1000
+    peer.parameters.set("VTE_EN", estimator)
+    peer.send(target_relative(frame))
+    assert peer.topics.landing_target_pose.timestamp == 0
+    assert list(peer.texts.recent) == []
+
+
 def test_angles_meet_the_ground() -> None:
     peer = Peer()
     peer.topics.vehicle_local_position = VehicleLocalPosition(

@@ -1,8 +1,12 @@
-"""LANDING_TARGET: where a precision landing is to end (topics.landing_target_pose).
+"""LANDING_TARGET and TARGET_RELATIVE: where a precision landing is to end (topics.landing_target_pose).
 
 https://mavlink.io/en/services/landing_target.html. As PX4 v1.18: a position in MAV_FRAME_LOCAL_NED is taken as it is,
 in another frame it is refused with a text; angles (as an IR-LOCK camera that looks down gives them) become a position
 by the attitude and the height above ground. They are not filtered over time, as PX4's landing_target_estimator does.
+TARGET_RELATIVE (https://mavlink.io/en/messages/development.html#TARGET_RELATIVE) is a fiducial as its sensor sees it:
+in the local frame, in one that travels with the vehicle, or in the sensor's, whose attitude it then tells. It is landed
+on where VTE_EN is 0; else it is for the vision_target_estimator, which is not here
+(MavlinkReceiver::handle_message_target_relative).
 """
 
 import math
@@ -11,41 +15,76 @@ from typing import Any, ClassVar
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.topics import LandingTargetPose, Topics
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.topics import LandingTargetPose, Quaternion, Topics, Vector3
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.attitude import product
+from sitl_emu.core.attitude import product, rotated, rotation
 
+TARGET_RELATIVE = mavlink.MAVLINK_MSG_ID_TARGET_RELATIVE
+LOCAL_NED, BODY_FRD, LOCAL_OFFSET_NED, OTHER = range(4)
+"""TARGET_OBS_FRAME: from the local origin, from the vehicle along its axes or those of NED, from the sensor."""
 STEEPEST_RAD = math.radians(80.0)
 """A ray flatter than this does not tell where it meets the ground."""
 FARTHEST_M = 1e6
+SMALLEST_QUATERNION = 1.2e-7
+"""FLT_EPSILON: a smaller one is not filled."""
 
 
 class LandingTarget:
     """Writer of landing_target_pose."""
 
-    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_LANDING_TARGET})
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_LANDING_TARGET, TARGET_RELATIVE})
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics, say: Say) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
         """Writes into `topics`."""
-        self._topics = topics
+        self._topics, self._parameters = topics, parameters
         self._say = say
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Keep the position."""
-        if message.position_valid:
-            if message.frame != mavlink.MAV_FRAME_LOCAL_NED:
-                self._say(Severity.CRITICAL, f"Landing target: coordinate frame {message.frame} unsupported\t")
-                self._say(Severity.ERROR, "", "mavlink_rcv_lnd_target_unsup_coord", message.frame)
-            elif abs(message.x) + abs(message.y) + abs(message.z) < FARTHEST_M:
-                self._topics.landing_target_pose = LandingTargetPose(now_us, message.x, message.y, message.z)
-            return
-        place = self._place(message.angle_x, message.angle_y)
-        if place is not None:
+        if message.get_msgId() == TARGET_RELATIVE:
+            place = self._relative(message)
+        elif not message.position_valid:
+            place = self._place(message.angle_x, message.angle_y)
+        elif message.frame == mavlink.MAV_FRAME_LOCAL_NED:
+            place = (message.x, message.y, message.z)
+        else:
+            place = None
+            text = f"Landing target: coordinate frame {message.frame} unsupported\t"
+            self._refuse(text, "mavlink_rcv_lnd_target_unsup_coord", message.frame)
+        if place is not None and sum(map(abs, place)) < FARTHEST_M:
             self._topics.landing_target_pose = LandingTargetPose(now_us, *place)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
+
+    def _refuse(self, text: str, event: str, argument: int) -> None:
+        self._say(Severity.CRITICAL, text)
+        self._say(Severity.ERROR, "", event, argument)
+
+    def _relative(self, message: Any) -> Vector3 | None:
+        """Where a TARGET_RELATIVE is in the local frame; None where nobody knows, or where it is refused."""
+        frame, local = message.frame, self._topics.vehicle_local_position
+        attitude = _told_attitude(message.q_sensor) or (self._topics.vehicle_attitude.q if frame == BODY_FRD else None)
+        if frame not in (LOCAL_NED, BODY_FRD, LOCAL_OFFSET_NED, OTHER):
+            text = f"target relative: coordinate frame {frame} unsupported.\t"
+            self._refuse(text, "mavlink_rcv_target_rel_unsup_coord_frame", frame)
+        elif message.type != mavlink.LANDING_TARGET_TYPE_VISION_FIDUCIAL:
+            text = f"target relative: type {message.type} unsupported.\t"
+            self._refuse(text, "mavlink_rcv_target_rel_unsup_type", message.type)
+        elif attitude is None and frame == OTHER:
+            text = f"target relative: coordinate frame {frame} unsupported when the q_sensor is not filled.\t"
+            self._refuse(text, "mavlink_rcv_target_rel_q_sensor_not_filled", frame)
+        elif not self._parameters["VTE_EN"]:
+            x, y, z = place = (message.x, message.y, message.z)
+            if frame == LOCAL_NED:
+                return place
+            if attitude is not None and frame != LOCAL_OFFSET_NED:
+                x, y, z = rotated(rotation(attitude), place)
+            if local.xy_valid and local.z_valid:
+                return local.x + x, local.y + y, local.z + z
+        return None
 
     def _place(self, angle_x: float, angle_y: float) -> tuple[float, float, float] | None:
         """Where the ray meets the ground; x is forward and y to the right of a camera that looks down."""
@@ -59,3 +98,12 @@ class LandingTarget:
             return None
         length = local.dist_bottom / down
         return local.x + north * length, local.y + east * length, local.z + local.dist_bottom
+
+
+def _told_attitude(q: Any) -> Quaternion | None:
+    """A quaternion, made a unit; None where there is none."""
+    length = math.hypot(*q)
+    if not length > SMALLEST_QUATERNION:
+        return None
+    w, x, y, z = (part / length for part in q)
+    return w, x, y, z
