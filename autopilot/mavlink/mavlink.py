@@ -151,7 +151,7 @@ class Mavlink:
                 system_id,
                 self.context.traits,
             ),
-            set_mode.SetMode(self.links, modules.handle_command, system_id),
+            set_mode.SetMode(self.links, modules.handle_command, topics, system_id),
             parameter.Parameter(self.links, topics, parameters, texts.of("mavlink"), system_id),
             mission.Mission(
                 self.links,

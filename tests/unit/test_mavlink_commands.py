@@ -151,7 +151,9 @@ def test_set_mode_is_acked_as_a_command() -> None:
     peer = Peer(handle)
     replies = peer.send(mavlink.MAVLink_set_mode_message(1, 29, 4 << 16 | 4 << 24))
     assert (replies[0].command, replies[0].result) == (176, 0)
-    assert (seen[0].param1, seen[0].param2, seen[0].param3) == (29.0, 4.0, 4.0)
+    assert seen[0][1:8] == (29.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0)
+    (told,) = peer.topics.commands_told
+    assert (told.command, told.result) == (seen[0], CommandResult(0)), "the log has the answer, too"
 
 
 def test_message_intervals() -> None:
