@@ -30,7 +30,7 @@ NEVER_US: Final = 1 << 62
 RESCALE_US: Final = 1_000_000
 """How often a link looks at what it sends, and a limited one adapts to it."""
 MAX_REMOTE_COMPONENTS: Final = 16
-"""So many senders are told apart on a link; PX4 takes no note of a further one, which it still answers."""
+"""So many senders are told apart on a link; PX4 takes no note of a further one, which it obeys and acknowledges not."""
 
 
 class Schedulable:

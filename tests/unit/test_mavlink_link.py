@@ -165,13 +165,14 @@ def test_a_link_in_gimbal_mode_answers_nobody_but_passes_on() -> None:
     assert names(peer.received(ONBOARD)) == ["PING"]
 
 
-def test_a_link_knows_sixteen_senders_and_answers_the_seventeenth() -> None:
+def test_a_link_knows_sixteen_senders_and_acknowledges_nothing_to_the_seventeenth() -> None:
+    """It is obeyed (MavlinkReceiver::update_rx_stats, Mavlink::handleAndGetCurrentCommandAck)."""
     peer = Peer()
     for system in range(2, 40):
         heard_on(peer, system, 1, GCS)
     link = peer.mavlink.links[GCS]
     assert (link.heard(17, 1), link.heard(18, 1), link.messages_received) == (True, False, 16)
-    assert acks(peer.send(command_long(401))) == 1
+    assert names(peer.send(command_long(512, 148))) == ["AUTOPILOT_VERSION"]
 
 
 def test_lost_messages_are_counted_modulo_255_as_in_px4() -> None:

@@ -72,12 +72,12 @@ class Command:
         """Decide and answer; nothing is said to a command for somebody else."""
         command = vehicle_command(message)
         if has_mistaken_place(message):  # PX4 says so whoever it is for
-            self._answer(now_us, link, command, CommandResult(DENIED))
+            self._answer(now_us, command, CommandResult(DENIED))
             return
         if not is_for(message, self._system_id, broadcast=True):
             return
         if sets_unused(used_params(command.command, self._traits, in_plan=False), numbers(message)):
-            self._answer(now_us, link, command, CommandResult(DENIED))
+            self._answer(now_us, command, CommandResult(DENIED))
             return
         service = self._of_link.get(command.command)
         if service is not None:
@@ -87,7 +87,7 @@ class Command:
         else:
             result = self._handle(now_us, command)
         if result is not None:
-            self._answer(now_us, link, command, result)
+            self._answer(now_us, command, result)
 
     def on_time(self, now_us: int) -> None:
         """Send the answers that came later."""
@@ -95,12 +95,12 @@ class Command:
             return
         for ack in self._topics.vehicle_command_acks:
             result = CommandResult(ack.result, ack.progress, ack.result_param2)
-            self._answer(now_us, None, ack.command, result)
+            self._answer(now_us, ack.command, result)
         self._topics.vehicle_command_acks = ()
 
-    def _answer(self, now_us: int, link: Link | None, command: VehicleCommand, result: CommandResult) -> None:
+    def _answer(self, now_us: int, command: VehicleCommand, result: CommandResult) -> None:
         tell(self._topics, now_us, command, result)
-        send_ack(self._links, link, command, result)
+        send_ack(self._links, command, result)
 
 
 def has_mistaken_place(message: Any) -> bool:
@@ -151,14 +151,15 @@ def vehicle_command(message: Any) -> VehicleCommand:
     )
 
 
-def send_ack(links: Iterable[Link], origin: Link | None, command: VehicleCommand, result: CommandResult) -> None:
-    """Answer whom a command came from: on the link it came on, and on every other where that component was heard.
+def send_ack(links: Iterable[Link], command: VehicleCommand, result: CommandResult) -> None:
+    """Answer whom a command came from, on every link where that component was heard.
 
-    As PX4 does (Mavlink::task_main, is_target_known): who speaks on two links hears the answer on both.
+    As PX4 does (Mavlink::handleAndGetCurrentCommandAck): who speaks on two links hears the answer on both, and whom a
+    link has no more room to note hears none.
     """
     asker = (command.source_system, command.source_component)
     for link in links:
-        if link is origin or link.heard(*asker):
+        if link.heard(*asker):
             link.send_fields(
                 mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
                 command.command,
