@@ -140,7 +140,7 @@ class Mavlink:
     ) -> tuple[Service, ...]:
         """All services, in the order in which they hear and speak."""
         system_id = self.system_id
-        streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), system_id, modules.logger)
+        streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), modules.logger)
         return (
             command_sender.CommandSender(lambda: self._all_links, outgoing, system_id, topics),
             command.Command(

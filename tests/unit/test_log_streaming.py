@@ -158,10 +158,17 @@ def test_wrong_acknowledgements_change_nothing() -> None:
     assert rig.ack(0) == []
     rig.command(START)
     assert rig.ack(1) == []
-    assert rig.peer.send(mavlink.MAVLink_logging_ack_message(2, 1, 0)) == []
+    assert rig.ack(0, ONBOARD) == [] and rig.peer.received(GCS) == []
     (following,) = only(rig.ack(0), "LOGGING_DATA_ACKED")
     assert following.sequence == 1
     assert rig.ack(0) == []
+
+
+def test_an_acknowledgement_counts_whomever_it_is_for() -> None:
+    rig = Rig()
+    rig.command(START)
+    (following,) = only(rig.peer.send(mavlink.MAVLink_logging_ack_message(2, 1, 0)), "LOGGING_DATA_ACKED")
+    assert following.sequence == 1
 
 
 def test_definitions_come_acknowledged_and_data_does_not() -> None:

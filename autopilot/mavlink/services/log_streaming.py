@@ -27,7 +27,6 @@ from sitl_emu.autopilot.logger.log_stream import Chunk
 from sitl_emu.autopilot.logger.logger import Logger
 from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
@@ -49,9 +48,9 @@ class LogStreaming:
     COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.LOG_STREAMING)
     HAS_TIMER = True
 
-    def __init__(self, topics: Topics, say: Say, system_id: int, logger: Logger | None) -> None:
-        """`system_id` is ours. `logger` None: PX4's logger does not run, so nobody answers."""
-        self._topics, self._say, self._system_id = topics, say, system_id
+    def __init__(self, topics: Topics, say: Say, logger: Logger | None) -> None:
+        """`logger` None: PX4's logger does not run, so nobody answers."""
+        self._topics, self._say = topics, say
         self._logger = logger
         self._link: Link | None = None
         """Where the stream goes; None: nowhere, whatever the logger does."""
@@ -116,8 +115,8 @@ class LogStreaming:
     # --- the stream ----------------------------------------------------------------------------------------
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """LOGGING_ACK: on to the next chunk."""
-        if not is_for(message, self._system_id, broadcast=True) or self._logger is None or self._link is None:
+        """LOGGING_ACK on the stream's link, whomever it is for: on to the next chunk (handle_message_logging_ack)."""
+        if self._logger is None or link is not self._link:
             return
         stream = self._logger.stream
         if stream is None or not stream.reliable or stream.reliable[0].sequence != message.sequence:
