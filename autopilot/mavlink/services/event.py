@@ -52,9 +52,10 @@ class Event:
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """REQUEST_EVENT: send what is still known of the range, and an error for each that is not.
 
-        Of a range that is longer than what is kept, the part before gets one error. PX4 does not ask whom it is for.
+        Of a range that is longer than what is kept, the part before gets one error. One that ends just before it begins
+        is empty (SendProtocol::handle_request_event). PX4 does not ask whom it is for.
         """
-        first, count = message.first_sequence, (message.last_sequence - message.first_sequence) % SEQUENCES + 1
+        first, count = message.first_sequence, (message.last_sequence + 1 - message.first_sequence) % SEQUENCES
         if count > CAPACITY:
             self._send_error(link, message, first)
             first, count = (message.last_sequence - CAPACITY + 1) % SEQUENCES, CAPACITY
