@@ -143,10 +143,13 @@ def test_tunnels_pass_by_their_target_whatever_they_carry(payload_type: int) -> 
     assert peer.mavlink.links[PAYLOAD].outbox == []
 
 
-def test_no_orders_are_taken_from_who_bears_our_own_address() -> None:
+@pytest.mark.parametrize(("number", "taken"), [(400, False), (2510, False), (176, True), (212, True), (420, True)])
+def test_few_orders_are_taken_from_who_bears_our_own_address(number: int, taken: bool) -> None:
+    """To arm, to stream the log; to change the mode, to tune, to fail (handle_message_command_both)."""
     handled: list[int] = []
     peer = Peer(lambda now_us, command: handled.append(command.command), system=1, component=1)
-    assert peer.send(command_long(400, 1.0)) == [] and handled == []
+    assert peer.send(command_long(number, 1.0)) == []
+    assert handled == [number] * taken
     assert acks(peer.send(command_long(511, 30.0, 100_000.0))) == 1
 
 

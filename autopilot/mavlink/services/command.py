@@ -28,6 +28,17 @@ NAN_AS_INTEGER: Final = 0x7FF80000
 NOT_GIVEN_AS_FLOATS = (2147483520.0, 2147483904.0)
 """The floats around NOT_GIVEN: what a COMMAND_LONG has in param5 and param6 that was meant to be a COMMAND_INT."""
 DENIED: int = mavlink.MAV_RESULT_DENIED
+TAKEN_FROM_OUR_ADDRESS: Final = frozenset(
+    {
+        mavlink.MAV_CMD_DO_SET_MODE,
+        mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE,
+        mavlink.MAV_CMD_INJECT_FAILURE,
+        mavlink.MAV_CMD_GET_MESSAGE_INTERVAL,
+        mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,
+        mavlink.MAV_CMD_REQUEST_MESSAGE,
+    }
+)
+"""What PX4 decides on before it asks who speaks; of the others it takes none from what bears its own address."""
 
 
 class LinkCommands(Protocol):
@@ -79,11 +90,12 @@ class Command:
         if sets_unused(used_params(command.command, self._traits, in_plan=False), numbers(message)):
             self._answer(now_us, command, CommandResult(DENIED))
             return
+        is_ours = (command.source_system, command.source_component) == (self._system_id, AUTOPILOT_COMPONENT)
+        if is_ours and command.command not in TAKEN_FROM_OUR_ADDRESS:
+            return
         service = self._of_link.get(command.command)
         if service is not None:
             result = service.handle_command(now_us, command, link)
-        elif (command.source_system, command.source_component) == (self._system_id, AUTOPILOT_COMPONENT):
-            return  # PX4 takes no orders from what bears its own address
         else:
             result = self._handle(now_us, command)
         if result is not None:
