@@ -53,6 +53,14 @@ def test_heartbeats_of_components() -> None:
     assert peer.topics.gcs_heartbeats == GcsHeartbeats(0, 5_000_000, 5_000_000, True, 5_000_000, False, 5_000_000)
 
 
+@pytest.mark.parametrize("kind", [mavlink.MAV_TYPE_ADSB, mavlink.MAV_TYPE_FLARM])
+def test_receivers_of_traffic(kind: int) -> None:
+    peer = Peer(system=1, component=156)
+    peer.now_us = 5_000_000
+    peer.send(mavlink.MAVLink_heartbeat_message(kind, 8, 0, 0, 0, 3), ONBOARD)
+    assert peer.topics.gcs_heartbeats.adsb_us == 5_000_000
+
+
 def smart_battery(remaining_pct: int, *cells_mv: int) -> Any:
     voltages = [*cells_mv, *(65535,) * (10 - len(cells_mv))]
     return mavlink.MAVLink_battery_status_message(1, 1, 1, 32767, voltages, 150, 12, -1, remaining_pct)

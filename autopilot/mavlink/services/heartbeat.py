@@ -11,6 +11,8 @@ from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 HEALTHY = (mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_ACTIVE)
+TRAFFIC_RECEIVERS = (mavlink.MAV_TYPE_ADSB, mavlink.MAV_TYPE_FLARM)
+"""One is as good as the other for COM_ARM_TRAFF (Commander::dataLinkCheck)."""
 
 
 class Heartbeat:
@@ -39,7 +41,7 @@ class Heartbeat:
             heartbeats = heartbeats._replace(parachute_us=now_us, parachute_healthy=healthy)
         elif kind == mavlink.MAV_TYPE_ODID:
             heartbeats = heartbeats._replace(open_drone_id_us=now_us, open_drone_id_healthy=healthy)
-        elif kind == mavlink.MAV_TYPE_ADSB:
+        elif kind in TRAFFIC_RECEIVERS:
             heartbeats = heartbeats._replace(adsb_us=now_us)
         self._topics.gcs_heartbeats = heartbeats
 
