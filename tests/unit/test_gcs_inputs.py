@@ -7,7 +7,14 @@ import pytest
 
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.gcs import debug_values, landing_target, obstacle_distance, odometry, optical_flow
+from sitl_emu.gcs import (
+    debug_values,
+    landing_target,
+    obstacle_distance,
+    odometry,
+    onboard_computer_status,
+    optical_flow,
+)
 from sitl_emu.gcs.adsb_vehicle import adsb_vehicle
 from sitl_emu.gcs.battery_status import battery_status
 from sitl_emu.gcs.follow_target import FollowTarget, Target
@@ -76,6 +83,13 @@ def test_a_landing_target() -> None:
     assert (heard.x_abs, heard.y_abs, heard.z_abs) == (2.0, -1.0, 0.5)
     seen = on_the_wire(landing_target.at_angles(1, 0.1, -0.2), 1, 191)
     assert (seen.position_valid, seen.angle_x, seen.angle_y) == (0, pytest.approx(0.1), pytest.approx(-0.2))
+
+
+def test_how_hot_a_companion_computer_is() -> None:
+    peer = Peer()
+    peer.now_us = 7_000_000
+    peer.send(onboard_computer_status.board_temperature(1, 2, 85))
+    assert peer.topics.onboard_computer_status == (7_000_000, 85)
 
 
 def test_flow_of_the_ground() -> None:

@@ -1,0 +1,30 @@
+"""ONBOARD_COMPUTER_STATUS: how hot a companion computer's board is (topics.onboard_computer_status; COM_CC_TEMP_WARN).
+
+https://mavlink.io/en/messages/common.html#ONBOARD_COMPUTER_STATUS. As PX4 (handle_message_onboard_computer_status):
+from anybody, stamped with our time. Nobody asks for the rest of what it says.
+"""
+
+from typing import Any, ClassVar
+
+from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import OnboardComputerStatus as Status
+from sitl_emu.autopilot.topics import Topics
+from sitl_emu.core import dialect as mavlink
+
+
+class OnboardComputerStatus:
+    """Writer of onboard_computer_status."""
+
+    MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_ONBOARD_COMPUTER_STATUS})
+    HAS_TIMER = False
+
+    def __init__(self, topics: Topics) -> None:
+        """Writes into `topics`."""
+        self._topics = topics
+
+    def on_message(self, now_us: int, message: Any, link: Link) -> None:
+        """Keep the last."""
+        self._topics.onboard_computer_status = Status(now_us, message.temperature_board)
+
+    def on_time(self, now_us: int) -> None:
+        """Nothing to do by itself."""
