@@ -67,11 +67,17 @@ def nearest(value: float) -> int:
     return int(math.copysign(math.floor(abs(value) + 0.5), value)) if math.isfinite(value) else 0
 
 
-def tell(topics: Topics, now_us: int, command: VehicleCommand, result: CommandResult | None = None) -> None:
+def tell(
+    topics: Topics,
+    now_us: int,
+    command: VehicleCommand,
+    result: CommandResult | None = None,
+    from_outside: bool = False,
+) -> None:
     """Tell the log of a command, or of the answer to one."""
     told = topics.commands_told
     number = told[-1].number + 1 if told else 1
-    topics.commands_told = (*told[1 - TOLD_KEPT :], CommandTold(number, now_us, command, result))
+    topics.commands_told = (*told[1 - TOLD_KEPT :], CommandTold(number, now_us, command, result, from_outside))
 
 
 def answer_later(topics: Topics, command: VehicleCommand, result: CommandResult) -> None:

@@ -42,6 +42,8 @@ class CommandTold(NamedTuple):
     command: VehicleCommand
     result: tuple[int, int, int] | None = None
     """MAV_RESULT, progress, result_param2."""
+    from_outside: bool = False
+    """It is another component that answers; `command` then has whom it answers as its source."""
 
 
 class VehicleCommandAck(NamedTuple):

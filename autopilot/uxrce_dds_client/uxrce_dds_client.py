@@ -179,7 +179,7 @@ class UxrceDdsClient:
         if told and told[-1].number != self._acks_seen:
             for each in told:
                 if each.number > self._acks_seen and each.result is not None:
-                    self._publish_ack(each, self._pack_ack((each.command, each.result)))
+                    self._publish_ack(each, self._pack_ack((each.command, each.result, each.from_outside)))
             self._acks_seen = told[-1].number
         reports = self._topics.transponder_reports
         if reports and reports[-1].number != self._reports_seen:

@@ -101,6 +101,7 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     command = VehicleCommand(400, 1.0, param5=47.5, source_system=255, target_system=1)
     tell(topics, now, command)
     tell(topics, now, command, CommandResult(4, 50, -1))
+    tell(topics, now, command, CommandResult(0), from_outside=True)
     rig.texts.say(Severity.INFO, "[logger] x\t", "logger_open_file_sess", 3, 258)
     topics.input_rc = InputRc(now, (1500, 1100))
     rig.parameters.set("MPC_XY_P", 0.5)
@@ -126,7 +127,8 @@ def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     given = row("vehicle_command")
     assert (given["timestamp"], given["command"], given["param1"], given["param5"]) == (now, 400, 1.0, 47.5)
     assert (given["source_system"], given["target_system"], given["from_external"]) == (255, 1, 1)
-    answer = row("vehicle_command_ack")
+    assert list(log.get_dataset("vehicle_command_ack").data["from_external"]) == [0, 1]
+    answer = {name: column[0] for name, column in log.get_dataset("vehicle_command_ack").data.items()}
     assert (answer["command"], answer["result"], answer["result_param1"], answer["result_param2"]) == (400, 4, 50, -1)
     assert (answer["target_system"], answer["timestamp"]) == (255, now)
     event, radio = row("event"), row("input_rc")

@@ -259,6 +259,16 @@ def test_a_rovers_modes_have_names_instead_of_standards() -> None:
     assert [(mode.mode_name, mode.standard_mode) for mode in modes[1:3]] == [("Altitude", 0), ("Position", 0)]
 
 
+def test_what_a_component_answers_is_told_to_the_log() -> None:
+    """With who is answered as its target, and as another's (vehicle_command_ack.from_external)."""
+    camera = Peer(system=1, component=100)
+    camera.send(mavlink.MAVLink_command_ack_message(IMAGE_START, 4, 50, -7, 1, 1))
+    camera.send(mavlink.MAVLink_command_ack_message(IMAGE_START, 0, 0, 0, 255, 190))
+    (told,) = camera.topics.commands_told
+    assert (told.command.command, told.result, told.from_outside) == (IMAGE_START, (4, 50, -7), True)
+    assert (told.command.source_system, told.command.source_component) == (1, 1)
+
+
 @pytest.mark.parametrize(("to", "repeats"), [((1, 1), 0), ((0, 0), 0), ((255, 190), 3), ((1, 191), 3)])
 def test_an_answer_to_somebody_else_ends_no_command_of_ours(to: tuple[int, int], repeats: int) -> None:
     """As when a ground station has asked the camera for the same (MavlinkReceiver::handle_message_command_ack)."""

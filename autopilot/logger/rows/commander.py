@@ -118,11 +118,11 @@ vehicle_command = by_name("vehicle_command", VehicleCommand, {"timestamp": 0})
 
 
 @row("vehicle_command_ack")
-def vehicle_command_ack(pack: Pack, record: tuple[VehicleCommand, CommandResult]) -> bytes:
-    """The answer to a command, but for the time."""
-    command, (result, progress, result_param2) = record
+def vehicle_command_ack(pack: Pack, record: tuple[VehicleCommand, CommandResult, bool]) -> bytes:
+    """The answer to a command, and whether it is another's, but for the time."""
+    command, (result, progress, result_param2), from_outside = record
     target = (command.source_component, result, progress, command.source_system)
-    return pack(0, command.command, result_param2, *target, False)
+    return pack(0, command.command, result_param2, *target, from_outside)
 
 
 @row("event")

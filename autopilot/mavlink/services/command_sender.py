@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
-from sitl_emu.autopilot.commands.vehicle_commands import tell
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.services.service import is_for
@@ -55,9 +55,17 @@ class CommandSender:
         self._again_us = NEVER_US
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """An ack of the command's target ends it, unless it answers somebody else (handle_message_command_ack)."""
+        """An ack of the command's target ends it, unless it answers somebody else (handle_message_command_ack).
+
+        Whoever answers, and whatever: the log has it.
+        """
         if not is_for(message, self._system_id, broadcast=True):
             return
+        asked = VehicleCommand(
+            message.command, source_system=message.target_system, source_component=message.target_component
+        )
+        result = CommandResult(message.result, message.progress, message.result_param2)
+        tell(self._topics, now_us, asked, result, from_outside=True)
         listener = self._outgoing.on_answer.get(message.command)
         if listener is not None:
             listener(now_us, message)
