@@ -206,6 +206,22 @@ def test_to_stop_a_stream_that_is_not_there_makes_one_without_an_interval(
     assert intervals == told
 
 
+@pytest.mark.parametrize(
+    ("asked", "number", "interval_us"),
+    [(30.4, 30, 20_000), (-1.0, 0, 1_000_000), (-2.0, 65535, -1), (65566.0, 30, -1), (math.nan, 0, -1)],
+)
+def test_which_interval_is_asked_for(asked: float, number: int, interval_us: int) -> None:
+    """(int)(param1 + 0.5f), of which the answer has 16 bits (MavlinkReceiver::get_message_interval)."""
+    for request in (command_long(510, asked), command_long(512, 244, asked)):
+        (told,) = only(Peer().send(request), "MESSAGE_INTERVAL")
+        assert (told.message_id, told.interval_us) == (number, interval_us)
+
+
+def test_half_a_message_less_than_none_is_none_that_there_is() -> None:
+    """REQUEST_MESSAGE rounds halves away from 0 (roundf)."""
+    assert [reply.result for reply in Peer().send(command_long(512, -0.5))] == [2]
+
+
 def test_an_interval_of_hours_is_none() -> None:
     peer = Peer()
     peer.fly_and_run(0.2)

@@ -18,7 +18,7 @@ from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import float32
+from sitl_emu.core.c_types import float32, truncated
 
 GET_MESSAGE_INTERVAL: int = mavlink.MAV_CMD_GET_MESSAGE_INTERVAL
 STOPPED = -1
@@ -41,12 +41,12 @@ class MessageInterval:
 
     def handle_command(self, now_us: int, command: VehicleCommand, link: Link) -> CommandResult:
         """param1 is the message id, param2 the interval in µs."""
-        message_id = message_id_of(command)
+        message_id = message_id_of(command.param1)
         if command.command == GET_MESSAGE_INTERVAL:
             send_interval(link, message_id)
             return CommandResult(MAV_RESULT_ACCEPTED)
         known = not any(map(_is_set, (command.param3, command.param4, command.param7)))
-        accepted = known and self.set(now_us, message_id, _interval_us(command.param2), link)
+        accepted = known and self.set(now_us, message_id & 0xFFFF, _interval_us(command.param2), link)
         return CommandResult(MAV_RESULT_ACCEPTED if accepted else MAV_RESULT_FAILED)
 
     def set(self, now_us: int, message_id: int, interval_us: int, link: Link) -> bool:
@@ -83,9 +83,9 @@ class MessageInterval:
         return True
 
 
-def message_id_of(command: VehicleCommand) -> int:
-    """The message that param1 names; what is no number is message 0, as where PX4 runs."""
-    return math.floor(command.param1 + 0.5) if math.isfinite(command.param1) else 0
+def message_id_of(value: float) -> int:
+    """The message that a parameter names, cut off as C does: half a message more than -1 is message 0."""
+    return truncated(value + 0.5)
 
 
 def _is_set(value: float) -> bool:

@@ -8,7 +8,12 @@ from collections.abc import Callable
 from typing import ClassVar
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
-from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
+from sitl_emu.autopilot.commands.vehicle_commands import (
+    MAV_RESULT_ACCEPTED,
+    MAV_RESULT_DENIED,
+    CommandResult,
+    nearest,
+)
 from sitl_emu.autopilot.mavlink import silent_streams
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.mavlink.services import message_interval
@@ -33,10 +38,9 @@ class MessageRequest:
 
     def handle_command(self, now_us: int, command: VehicleCommand, link: Link) -> CommandResult:
         """Send the message whose id is param1."""
-        message_id = message_interval.message_id_of(command) & 0xFFFF
+        message_id = nearest(command.param1) & 0xFFFF
         if message_id == mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL:
-            wanted = command._replace(param1=command.param2)
-            message_interval.send_interval(link, message_interval.message_id_of(wanted))
+            message_interval.send_interval(link, message_interval.message_id_of(command.param2))
             return CommandResult(MAV_RESULT_ACCEPTED)
         if message_id in ACCEPTED_IN_SILENCE:
             return CommandResult(MAV_RESULT_ACCEPTED)
