@@ -164,6 +164,14 @@ def test_wrong_acknowledgements_change_nothing() -> None:
     assert rig.ack(0) == []
 
 
+def test_the_log_has_the_command_and_its_answer_and_of_a_link_that_is_too_slow_the_answer_alone() -> None:
+    rig = Rig()
+    rig.command(START)
+    rig.command(START, link=PAYLOAD)
+    told = [(each.command.command, each.result and each.result[0]) for each in rig.peer.topics.commands_told]
+    assert told == [(START, None), (START, ACCEPTED), (START, DENIED)]
+
+
 def test_an_acknowledgement_counts_whomever_it_is_for() -> None:
     rig = Rig()
     rig.command(START)

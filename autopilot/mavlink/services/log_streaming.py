@@ -20,6 +20,7 @@ from sitl_emu.autopilot.commands.vehicle_commands import (
     MAV_RESULT_UNSUPPORTED,
     CommandResult,
     answer_later,
+    tell,
 )
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
@@ -65,7 +66,7 @@ class LogStreaming:
     # --- commands ------------------------------------------------------------------------------------------
 
     def handle_command(self, now_us: int, command: VehicleCommand, link: Link) -> CommandResult | None:
-        """Decide, or let it wait for the logger."""
+        """Decide, or let it wait for the logger. The log has what PX4 hands on (handle_message_command_both)."""
         logger = self._logger
         if command.command == mavlink.MAV_CMD_LOGGING_START:
             rate = rates.DATA_RATE_BYTES_PER_S.get(link.mode, math.inf)
@@ -75,6 +76,7 @@ class LogStreaming:
                 return CommandResult(MAV_RESULT_DENIED)
             if logger is not None and logger.stream is None:
                 self._link, self._target = link, (command.source_system, command.source_component)
+        tell(self._topics, now_us, command)
         if logger is None or not logger.runs:
             return None
         if self._waits:
