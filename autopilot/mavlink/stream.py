@@ -27,7 +27,7 @@ class Stream(Schedulable):
         self._context = context
         self._made_us = -1
         self._payloads: tuple[bytes, ...] = ()
-        self._sent_stamps: dict[str, int] = {}
+        self._sent_stamps: dict[str, Any] = {}
 
     def payloads(self, now_us: int, link: Link) -> tuple[bytes, ...]:
         """What to send on a link now; empty if nothing, or nothing new."""

@@ -92,8 +92,14 @@ class DistanceSensorSample(NamedTuple):
     h_fov: float = 0.0
     signal_quality: int = -1
     """Percent; 0 where nothing is seen, -1 where the sensor does not tell."""
-    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    """Where it looks if its orientation is 100, MAV_SENSOR_ROTATION_CUSTOM."""
+    told_distance: float = NAN
+    """What a sensor of others said, within its range or not; NaN for our own."""
+    type: int = 0
+    """MAV_DISTANCE_SENSOR; 0 is a laser."""
+    variance: float = 0.0
+    v_fov: float = 0.0
+    q: Quaternion = (0.0, 0.0, 0.0, 0.0)
+    """Where it looks if its orientation is 100, MAV_SENSOR_ROTATION_CUSTOM; zeros of our own."""
 
 
 class SensorsStatusImu(NamedTuple):

@@ -250,6 +250,10 @@ def distance_sensor(fields: Fields) -> DistanceSensorSample:
         fields["orientation"],
         max(0.0, min(2.0 * math.pi, fov)),
         fields["signal_quality"],
+        current,
+        fields["type"],
+        fields["variance"],
+        fields["v_fov"],
         fields["q"],
     )
 

@@ -339,11 +339,32 @@ def test_a_receiver_that_fell_silent_is_told_once_a_second() -> None:
 def test_the_quality_of_a_distance_is_told(distance_m: float, quality: int, told: int) -> None:
     """0 is not known and 1 is nothing, where uORB has -1 and 0 (streams/DISTANCE_SENSOR.hpp)."""
     peer = Peer()
-    peer.fly()
     peer.now_us = 1_000
     peer.topics.distance_sensor = DistanceSensorSample(1_000, distance_m, 0.2, 12.0, signal_quality=quality)
     sensor = only(peer.send(command_long(REQUEST_MESSAGE, 132)), "DISTANCE_SENSOR")[0]
     assert sensor.signal_quality == told
+
+
+def test_a_distance_sensor_of_others_is_told_as_it_was_heard() -> None:
+    """But for centimetres that float32 does not hold (streams/DISTANCE_SENSOR.hpp); out of range, too."""
+    peer = Peer()
+    peer.now_us = 1_000
+    for heard_cm, told_cm in ((301, 301), (5, 4), (1400, 1400), (0, 0)):
+        peer.now_us += 1_000
+        looks = (0, 20, 1200, heard_cm, 1, 0, 25, 9, 0.5, 0.25, (1.0, 0.0, 0.0, 0.0), 0)
+        peer.send(mavlink.MAVLink_distance_sensor_message(*looks))
+        (told,) = only(peer.send(command_long(REQUEST_MESSAGE, 132)), "DISTANCE_SENSOR")
+        assert (told.current_distance, told.min_distance, told.max_distance) == (told_cm, 19, 1200)
+        assert (told.type, told.id, told.orientation, told.covariance, told.signal_quality) == (1, 0, 25, 9, 0)
+        assert (told.horizontal_fov, told.vertical_fov, told.quaternion) == (0.5, 0.25, [1.0, 0.0, 0.0, 0.0])
+
+
+def test_each_distance_sensor_is_told_as_it_measures() -> None:
+    peer = Peer()
+    peer.fly_and_run(0.5, ONBOARD)
+    peer.topics.distance_sensor_outside = DistanceSensorSample(peer.now_us, 1.0, 0.2, 12.0)
+    told = [sensor.id for sensor in only(peer.fly_and_run(0.5, ONBOARD), "DISTANCE_SENSOR")]
+    assert (told.count(0), told.count(1)) == (5, 1)
 
 
 def test_a_distance_sensor_that_fell_silent_is_not_told() -> None:

@@ -177,7 +177,7 @@ GPS: dict[str, float | str] = {
 distance_sensor = by_name(
     "distance_sensor",
     DistanceSensorSample,
-    {"device_id": SIMULATED_DISTANCE_SENSOR, **zeros("variance", "v_fov", "q", "type", "mode")},
+    {"device_id": SIMULATED_DISTANCE_SENSOR, **zeros("mode")},
 )
 
 

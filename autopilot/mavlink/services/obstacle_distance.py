@@ -12,6 +12,7 @@ from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, Topics
 from sitl_emu.autopilot.topics import ObstacleDistance as ObstacleDistanceSample
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import product
 
 DOWNWARD: Final = 25
 UNKNOWN_SIGNAL_QUALITY, INVALID_SIGNAL_QUALITY = 0, 1
@@ -64,13 +65,18 @@ def distance(now_us: int, message: Any) -> DistanceSensorSample:
     nearest, farthest, quality = message.min_distance, message.max_distance, message.signal_quality
     good = nearest <= message.current_distance <= farthest and quality != INVALID_SIGNAL_QUALITY
     fov = message.horizontal_fov if math.isfinite(message.horizontal_fov) else 0.0
+    told_m = product(message.current_distance, 1e-2)
     return DistanceSensorSample(
         now_us,
-        message.current_distance * 1e-2 if good or message.orientation != DOWNWARD else NAN,
-        nearest * 1e-2,
-        farthest * 1e-2,
+        told_m if good or message.orientation != DOWNWARD else NAN,
+        product(nearest, 1e-2),
+        product(farthest, 1e-2),
         message.orientation,
         max(0.0, min(2.0 * math.pi, fov)),
         -1 if quality == UNKNOWN_SIGNAL_QUALITY else 100 * (quality - 1) // 99,
+        told_m,
+        message.type,
+        product(message.covariance, 1e-4),
+        message.vertical_fov,
         tuple(message.quaternion),
     )

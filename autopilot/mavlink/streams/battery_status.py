@@ -4,8 +4,8 @@ import math
 from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.streams import Fields
-from sitl_emu.autopilot.topics import BatteryStatus, batteries
+from sitl_emu.autopilot.mavlink.streams import Fields, new_ones
+from sitl_emu.autopilot.topics import BatteryStatus
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import product, truncated
 
@@ -26,10 +26,11 @@ UNKNOWN: Final = -1.0
 FUNCTION_ALL: Final = 1
 
 
-def since(context: Context, number: int) -> tuple[int, list[Fields]]:
+def since(context: Context, told: tuple[int, ...] | int) -> tuple[tuple[int, ...], list[Fields]]:
     """Every battery that has said something since then: one that falls silent is not told any more."""
-    new = [battery for battery in batteries(context.topics) if battery.timestamp > number]
-    return max((battery.timestamp for battery in new), default=number), [_message(battery) for battery in new]
+    those = (context.topics.battery_status, context.topics.battery_status_outside)
+    stamps = tuple(battery.timestamp if battery.connected else 0 for battery in those)
+    return stamps, [_message(those[number]) for number in new_ones(stamps, told) if those[number].connected]
 
 
 def fields(now_us: int, context: Context) -> Fields | None:

@@ -3,56 +3,59 @@
 from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.streams import Fields, new_ones
 from sitl_emu.autopilot.topics import DistanceSensorSample
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import rounded
+from sitl_emu.core.c_types import product, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR
 LASER: Final = 0
-COVARIANCE_CM2: Final = 0
-"""A simulated sensor states no variance."""
+ULTRASOUND: Final = 1
+INFRARED: Final = 2
+"""MAV_DISTANCE_SENSOR; whatever else a sensor is, it is told as a laser."""
 SIGNAL_UNKNOWN: Final = 0
 SIGNAL_INVALID: Final = 1
-SILENT_US: Final = 1_000_000
-"""A sensor that has said nothing for so long is not told any more."""
 
 
-def stamp(now_us: int, context: Context) -> int:
-    """Once per measurement, whose ever."""
+def since(context: Context, told: tuple[int, ...] | int) -> tuple[tuple[int, ...], list[Fields]]:
+    """Every sensor that has measured since then, numbered as uORB's instances: our own first."""
     topics = context.topics
     sensors = (topics.distance_sensor, topics.distance_sensor_outside, topics.distance_sensor_sideways)
-    return max(sensor.timestamp for sensor in sensors)
+    stamps = tuple(sensor.timestamp for sensor in sensors)
+    new = new_ones(stamps, told)
+    return stamps, [_message(sum(map(bool, stamps[:number])), sensors[number]) for number in new]
 
 
-def fields(now_us: int, context: Context) -> list[Fields]:
-    """One message a sensor, numbered as uORB's instances: our own first."""
-    topics = context.topics
-    sensors = (topics.distance_sensor, topics.distance_sensor_outside, topics.distance_sensor_sideways)
-    known = [sensor for sensor in sensors if sensor.timestamp]
-    return [_message(number, sensor) for number, sensor in enumerate(known) if now_us - sensor.timestamp < SILENT_US]
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Distances are told as they are measured."""
+    return None
 
 
-def _message(number: int, sample: DistanceSensorSample) -> Fields:
-    """cm, percent; out of range the maximum plus one, as the simulator says, with an invalid signal."""
-    maximum_cm = rounded(sample.max_distance * 100.0)
-    in_range = sample.current_distance == sample.current_distance
-    quality = sample.signal_quality if in_range else 0
-    current_cm = min(rounded(sample.current_distance * 100.0), 65535) if in_range else maximum_cm + 1
+def _message(instance: int, sample: DistanceSensorSample) -> Fields:
+    """cm, percent; our own tells the maximum plus one out of range, as the simulator says, with an invalid signal."""
+    maximum_cm = _cm(sample.max_distance)
+    distance, quality = sample.told_distance, sample.signal_quality
+    if distance != distance:
+        distance = sample.current_distance
+    current_cm = _cm(distance)
+    if distance != distance:
+        current_cm, quality = maximum_cm + 1, 0
     return (
         sample.timestamp // 1000,
-        rounded(sample.min_distance * 100.0),
+        _cm(sample.min_distance),
         maximum_cm,
         current_cm,
-        LASER,
-        number,
+        sample.type if sample.type in (ULTRASOUND, INFRARED) else LASER,
+        instance,
         sample.orientation,
-        COVARIANCE_CM2,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
+        truncated(product(sample.variance, 1e4)),
+        sample.h_fov,
+        sample.v_fov,
+        *sample.q,
         SIGNAL_UNKNOWN if quality < 0 else max(quality, SIGNAL_INVALID),
     )
+
+
+def _cm(metres: float) -> int:
+    """Without the fraction, which float32 may leave just below the next centimetre."""
+    return truncated(product(metres, 100.0))
