@@ -36,6 +36,7 @@ class Rig(Peer):
         super().__init__()
         self.camera = Camera(data, system_id=1, card=card, video=video)
         self.mavlink.plug_in("camera", "wire", self.camera)
+        self.now_us = 4_000
         self.fly()
         self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
         self.run(0.1)

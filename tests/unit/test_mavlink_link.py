@@ -213,7 +213,7 @@ def test_link_node_status_tells_counts_and_the_rates_of_the_last_second() -> Non
             peer.encoder.seq = (peer.encoder.seq + 1) & 255
         peer.run(0.1)
     peer.send_bytes(b"\xfd" + ping[1:-1] + b"?")
-    status = only(peer.run(2.0), "LINK_NODE_STATUS")
+    status = only(peer.fly_and_run(2.0), "LINK_NODE_STATUS")
     assert (status[0].messages_received, status[0].messages_lost, status[0].rx_parse_err) == (250, 0, 1)
     assert status[0].rx_rate == pytest.approx(50 * len(ping), rel=0.15)
     assert status[-1].rx_rate == 0

@@ -223,8 +223,23 @@ def test_a_new_system_id_waits_for_the_next_boot() -> None:
 
 def test_nothing_is_streamed_that_is_not_known_yet() -> None:
     found = {message.get_type() for message in Peer().run(3.0)}
-    assert not found & {"GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "HOME_POSITION", "GPS_RAW_INT"}
-    assert {"HEARTBEAT", "SYS_STATUS", "ATTITUDE"} <= found
+    assert not found & {"GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "HOME_POSITION", "GPS_RAW_INT", "ATTITUDE"}
+    assert {"HEARTBEAT", "SYS_STATUS"} <= found
+    assert only(Peer().send(command_long(REQUEST_MESSAGE, 30)), "COMMAND_ACK")[0].result == DENIED
+
+
+def test_what_the_estimator_tells_ends_with_it() -> None:
+    """As when the IMU fails; what was told last can be asked for (streams/ATTITUDE.hpp and others: update())."""
+    of_estimator = {
+        *("ATTITUDE", "ATTITUDE_QUATERNION", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "ODOMETRY", "VFR_HUD"),
+        "HIGHRES_IMU",
+    }
+    peer = Peer()
+    assert of_estimator <= {message.get_type() for message in peer.fly_and_run(1.0, ONBOARD)}
+    peer.run(0.1, ONBOARD)
+    silent = {message.get_type() for message in peer.run(3.0, ONBOARD)}
+    assert not of_estimator & silent and "HEARTBEAT" in silent
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 30)), "ATTITUDE")
 
 
 def test_sequence_numbers_have_no_gaps_and_datagrams_fit() -> None:

@@ -7,9 +7,16 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION
 
 
-def fields(now_us: int, context: Context) -> Fields:
+def paced_by(context: Context) -> int:
+    """Every sample of the gyro brings an attitude (EKF2::PublishAttitude); here the filter turns with every second."""
+    return context.topics.vehicle_angular_velocity.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
     """FRD to NED; no offset for tailsitters (all zero)."""
     attitude = context.topics.vehicle_attitude
+    if not attitude.timestamp:
+        return None
     w, x, y, z = attitude.q
     p, q, r = context.topics.vehicle_angular_velocity.xyz
     return (attitude.timestamp // 1000, w, x, y, z, p, q, r, 0.0, 0.0, 0.0, 0.0)

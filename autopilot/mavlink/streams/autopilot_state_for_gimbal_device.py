@@ -7,9 +7,16 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_AUTOPILOT_STATE_FOR_GIMBAL_DEVICE
 
 
-def fields(now_us: int, context: Context) -> Fields:
+def paced_by(context: Context) -> int:
+    """Every sample of the gyro brings an attitude (EKF2::PublishAttitude); here the filter turns with every second."""
+    return context.topics.vehicle_angular_velocity.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
     """Broadcast (targets 0); delays and the rate about z are not told (0), nor take-off and landing."""
     topics = context.topics
+    if not topics.vehicle_attitude.timestamp:
+        return None
     local = topics.vehicle_local_position
     estimator = estimator_status.fields(now_us, context)
     flags = estimator[-1] if estimator is not None else 0

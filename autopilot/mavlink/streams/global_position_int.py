@@ -11,6 +11,11 @@ ID = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 CDEG = math.degrees(100.0)
 
 
+def paced_by(context: Context) -> int:
+    """Each message has a new position."""
+    return context.topics.vehicle_global_position.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """1e-7 deg, mm, cm/s, cdeg; altitude relative to home, or to the sea while there is no home.
 

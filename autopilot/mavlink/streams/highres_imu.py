@@ -16,10 +16,17 @@ PERIOD_US: Final = 20_000
 """From one message to the next, at PX4's own rate: what is older was told before."""
 
 
-def fields(now_us: int, context: Context) -> Fields:
+def paced_by(context: Context) -> int:
+    """Each message has a new measurement of the IMU."""
+    return context.topics.sensor_combined.timestamp
+
+
+def fields(now_us: int, context: Context) -> Fields | None:
     """m/s² and rad/s without the biases that the estimator found, gauss, hPa, m, °C."""
     topics = context.topics
     sample = topics.sensor_combined
+    if not sample.timestamp:
+        return None
     bias = topics.estimator_sensor_bias
     accel_bias = bias.accel_bias if bias.accel_device_id else NONE
     gyro_bias = bias.gyro_bias if bias.gyro_device_id else NONE

@@ -11,6 +11,11 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
 
 
+def paced_by(context: Context) -> int:
+    """Each message has a new position."""
+    return context.topics.vehicle_local_position.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """Metres, m/s; nothing until the filter runs."""
     position = context.topics.vehicle_local_position

@@ -14,6 +14,11 @@ RATES: Final = (0.0, 0.0, 0.0)
 """Their variances are not told."""
 
 
+def paced_by(context: Context) -> int:
+    """Each message has a new estimate."""
+    return context.topics.vehicle_local_position.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """Covariances (upper triangles of 6 x 6) carry the diagonal alone, 0 elsewhere and for the rates.
 

@@ -10,6 +10,11 @@ from sitl_emu.core.c_types import truncated
 ID = mavlink.MAVLINK_MSG_ID_VFR_HUD
 
 
+def paced_by(context: Context) -> int:
+    """Each message has a new position in the local frame."""
+    return context.topics.vehicle_local_position.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """m/s, degrees 0..359, percent; no sensor measures an airspeed (NaN).
 
