@@ -166,6 +166,14 @@ def test_aircraft_are_told_again_each_once_on_every_link() -> None:
     assert peer.send(command_long(512, 246))[-1].result == 2, "nothing new, nothing on request"
 
 
+def test_an_aircraft_told_again_loses_its_fractions() -> None:
+    """1e-7 does not bring every degree back, nor float32 every speed (streams/ADSB_VEHICLE.hpp)."""
+    peer = Peer()
+    peer.send(adsb_vehicle(1, lat=473_977_421, hor_velocity=53, ver_velocity=-118))
+    (told,) = only(peer.run(0.3), "ADSB_VEHICLE")
+    assert (told.lat, told.lon, told.hor_velocity, told.ver_velocity) == (473_977_420, 85_455_940, 52, -117)
+
+
 def test_of_many_aircraft_the_last_twenty_wait() -> None:
     peer = Peer()
     for number in range(1, 31):

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.topics import Topics, TransponderReport, queue_transponder_report
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import float32, product
 
 KNOWN_FLAGS = 0x3F
 """ADSB_FLAGS of coordinates, altitude, heading, velocity, callsign and squawk."""
@@ -34,10 +35,10 @@ class AdsbVehicle:
             message.lat * 1e-7,
             message.lon * 1e-7,
             message.altitude_type,
-            message.altitude * 1e-3,
-            math.radians(message.heading * 1e-2),
-            message.hor_velocity * 1e-2,
-            message.ver_velocity * 1e-2,
+            message.altitude / 1000.0,
+            product(float32(float32(message.heading / 100.0) / 180.0), math.pi),
+            message.hor_velocity / 100.0,
+            message.ver_velocity / 100.0,
             message.callsign.encode("ascii", "replace"),
             message.emitter_type,
             message.tslc,

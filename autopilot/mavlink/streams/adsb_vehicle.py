@@ -6,7 +6,7 @@ from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.autopilot.topics import TransponderReport
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import rounded
+from sitl_emu.core.c_types import float32, product, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE
 
@@ -26,15 +26,16 @@ def fields(now_us: int, context: Context) -> Fields | None:
 
 
 def _message(report: TransponderReport) -> Fields:
-    """1e-7 deg, mm, cdeg, cm/s."""
+    """1e-7 deg, mm, cdeg, cm/s; fractions are cut off, so that most numbers come out as they came in, or one less."""
+    turns = float32(float32(report.heading) / float32(math.pi))
     return (
         report.icao_address,
-        rounded(report.lat * 1e7),
-        rounded(report.lon * 1e7),
-        rounded(report.altitude * 1e3),
-        rounded(math.degrees(report.heading) * 100.0),
-        rounded(report.hor_velocity * 100.0),
-        rounded(report.ver_velocity * 100.0),
+        truncated(report.lat * 1e7),
+        truncated(report.lon * 1e7),
+        truncated(product(report.altitude, 1e3)),
+        truncated(product(product(turns, 180.0), 100.0)),
+        truncated(product(report.hor_velocity, 100.0)),
+        truncated(product(report.ver_velocity, 100.0)),
         report.flags,
         report.squawk,
         report.altitude_type,
