@@ -6,19 +6,26 @@ from typing import Any
 import pytest
 
 from sitl_emu.autopilot.topics import (
+    ActuatorArmed,
     EstimatorStates,
     FailsafeFlags,
     GeofenceResult,
     HomePosition,
     LandingTargetPose,
+    ManualControlSetpoint,
     MissionResult,
     ObstacleDistance,
+    PositionSetpoint,
+    PositionSetpointTriplet,
     SensorBaro,
     VehicleAirData,
+    VehicleOpticalFlow,
+    VehicleRatesSetpoint,
     VehicleStatus,
     VehicleThrustSetpoint,
     WindEstimate,
 )
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import ALT_M, GCS, ONBOARD, Peer, command_long, only
 
@@ -41,6 +48,58 @@ def test_what_sensors_of_others_gave_is_told() -> None:
     around = only(peer.send(command_long(REQUEST_MESSAGE, 330)), "OBSTACLE_DISTANCE")[0]
     assert (around.distances[71], around.increment_f, around.frame) == (500, 5.0, 12)
     assert (around.min_distance, around.max_distance) == (20, 1200)
+
+
+def test_a_flow_without_a_distance_is_told_with_minus_1() -> None:
+    """streams/OPTICAL_FLOW_RAD.hpp."""
+    peer = Peer()
+    peer.topics.vehicle_optical_flow = VehicleOpticalFlow(1_000, 0.0, 0.0, 200, 20_000)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 106)), "OPTICAL_FLOW_RAD")[0].distance == -1.0
+
+
+def test_sticks_lose_what_float32_does_not_hold() -> None:
+    """0.251 * 1000 is a little less than 251 there (streams/MANUAL_CONTROL.hpp)."""
+    peer = Peer()
+    sticks = (0.25, 0.251, -0.251, 0.002 - 1.0)
+    peer.topics.manual_control_setpoint = ManualControlSetpoint(
+        1_000, roll=sticks[0], pitch=sticks[1], yaw=sticks[2], throttle=sticks[3], aux=(0.506, 0.0, 0.0, 0.0, 0.0, 1.0)
+    )
+    told = only(peer.send(command_long(REQUEST_MESSAGE, 69)), "MANUAL_CONTROL")[0]
+    assert (told.y, told.x, told.r, told.z, told.aux1, told.aux6) == (250, 250, -250, 0, 505, 1000)
+
+
+def test_places_lose_their_fractions() -> None:
+    """They are not rounded (streams/HOME_POSITION.hpp, GLOBAL_POSITION_INT.hpp)."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    topics = peer.topics
+    topics.home_position = topics.home_position._replace(lat=47.39774209, lon=-8.54559409)
+    home = only(peer.send(command_long(REQUEST_MESSAGE, 242)), "HOME_POSITION")[0]
+    assert (home.latitude, home.longitude) == (473_977_420, -85_455_940)
+    topics.vehicle_global_position = topics.vehicle_global_position._replace(lat=47.39774209, lon=-8.54559409)
+    place = only(peer.send(command_long(REQUEST_MESSAGE, 33)), "GLOBAL_POSITION_INT")[0]
+    assert (place.lat, place.lon) == (473_977_420, -85_455_940)
+
+
+def test_a_rovers_target_tells_no_motion() -> None:
+    """Nobody publishes vehicle_local_position_setpoint there (streams/POSITION_TARGET_GLOBAL_INT.hpp)."""
+    peer = Peer(kind=VehicleKind.ROVER_ACKERMANN)
+    peer.topics.actuator_armed = ActuatorArmed(armed=True)
+    peer.topics.position_setpoint_triplet = PositionSetpointTriplet(
+        1_000, current=PositionSetpoint(valid=True, lat=47.4, lon=8.5, alt=ALT_M)
+    )
+    target = only(peer.send(command_long(REQUEST_MESSAGE, 87)), "POSITION_TARGET_GLOBAL_INT")[0]
+    assert (target.lat_int, target.vx, target.afz, target.yaw, target.yaw_rate) == (474_000_000, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_who_only_ever_controlled_rates_has_no_target_attitude() -> None:
+    """As in acro from the start (streams/ATTITUDE_TARGET.hpp)."""
+    peer = Peer()
+    peer.now_us = 1_000_000
+    peer.topics.vehicle_rates_setpoint = VehicleRatesSetpoint(1_000_000, (0.5, 0.0, 0.0))
+    target = only(peer.send(command_long(REQUEST_MESSAGE, 83)), "ATTITUDE_TARGET")[0]
+    assert (target.q, target.body_roll_rate, target.time_boot_ms) == ([0.0] * 4, 0.5, 0)
 
 
 def test_odometry_is_in_the_local_frame() -> None:

@@ -20,10 +20,10 @@ def stamp(now_us: int, context: Context) -> int:
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Quaternion (w, x, y, z), rad/s; thrust is the magnitude, 0..1."""
-    setpoint = context.topics.vehicle_attitude_setpoint
-    if setpoint.timestamp == 0:
+    """Quaternion (w, x, y, z; all 0 where rates alone were ever controlled), rad/s; thrust is the magnitude, 0..1."""
+    setpoint, rates = context.topics.vehicle_attitude_setpoint, context.topics.vehicle_rates_setpoint
+    if not setpoint.timestamp and not rates.timestamp:
         return None
-    w, x, y, z = setpoint.q_d
-    p, q, r = context.topics.vehicle_rates_setpoint.rates
+    w, x, y, z = setpoint.q_d if setpoint.timestamp else (0.0, 0.0, 0.0, 0.0)
+    p, q, r = rates.rates
     return (setpoint.timestamp // 1000, w, x, y, z, p, q, r, math.hypot(*setpoint.thrust_body), 0)

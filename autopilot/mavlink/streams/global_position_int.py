@@ -5,7 +5,7 @@ import math
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import rounded, truncated
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 CDEG = math.degrees(100.0)
@@ -33,8 +33,8 @@ def fields(now_us: int, context: Context) -> Fields | None:
         heading += 2.0 * math.pi
     return (
         position.timestamp // 1000,
-        rounded(position.lat * 1e7),
-        rounded(position.lon * 1e7),
+        truncated(position.lat * 1e7),
+        truncated(position.lon * 1e7),
         truncated(position.alt * 1000.0),
         truncated(relative_m * 1000.0),
         truncated(local.vx * 100.0),

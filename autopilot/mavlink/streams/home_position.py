@@ -4,7 +4,7 @@ from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
-from sitl_emu.core.c_types import rounded
+from sitl_emu.core.c_types import product, truncated
 
 ID = mavlink.MAVLINK_MSG_ID_HOME_POSITION
 
@@ -15,9 +15,9 @@ def fields(now_us: int, context: Context) -> Fields | None:
     if not home.valid:
         return None
     return (
-        rounded(home.lat * 1e7),
-        rounded(home.lon * 1e7),
-        rounded(home.alt * 1000.0),
+        truncated(home.lat * 1e7),
+        truncated(home.lon * 1e7),
+        truncated(product(home.alt, 1000.0)),
         *((home.x, home.y, home.z) if home.valid_lpos else (0.0, 0.0, 0.0)),
         *quaternion(home.roll, home.pitch, home.yaw),
         0.0,

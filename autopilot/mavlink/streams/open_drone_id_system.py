@@ -5,7 +5,7 @@ from typing import Final
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import rounded
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_SYSTEM
 UNKNOWN_ALTITUDE: Final = -1000.0
@@ -26,7 +26,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
     home, gps = context.topics.home_position, context.topics.sensor_gps
     if not home.valid or gps.fix_type < FIX_3D:
         return None
-    latitude, longitude, altitude_m = rounded(home.lat * 1e7), rounded(home.lon * 1e7), home.alt
+    latitude, longitude, altitude_m = truncated(home.lat * 1e7), truncated(home.lon * 1e7), home.alt
     timestamp_s = (context.boot_unix_us + gps.timestamp) // 1_000_000 - EPOCH_2019_S
     ceiling_m = floor_m = UNKNOWN_ALTITUDE
     return (latitude, longitude, ceiling_m, floor_m, altitude_m, timestamp_s, 1, 0, 0, 0, *(0,) * 20, 0, 0, 0, 0)

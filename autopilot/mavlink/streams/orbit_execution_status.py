@@ -5,7 +5,7 @@ import math
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import rounded
+from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_ORBIT_EXECUTION_STATUS
 
@@ -20,4 +20,11 @@ def fields(now_us: int, context: Context) -> Fields | None:
     orbit = context.topics.orbit_status
     if not orbit.timestamp or not math.isfinite(orbit.lat):
         return None
-    return (orbit.timestamp, orbit.radius, rounded(orbit.lat * 1e7), rounded(orbit.lon * 1e7), orbit.alt, orbit.frame)
+    return (
+        orbit.timestamp,
+        orbit.radius,
+        truncated(orbit.lat * 1e7),
+        truncated(orbit.lon * 1e7),
+        orbit.alt,
+        orbit.frame,
+    )
