@@ -242,6 +242,11 @@ def test_remote_identification() -> None:
     assert (location.direction, location.speed_horizontal, location.speed_vertical) == (12700, 500, 50)
     assert (location.status, location.height, location.altitude_geodetic) == (1, 3.0, 489.0)
     assert (location.horizontal_accuracy, location.vertical_accuracy, location.speed_accuracy) == (12, 5, 3)
+    assert (location.timestamp, location.timestamp_accuracy) == (65535.0, 0), "the simulated receiver knows no date"
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 12904)), "OPEN_DRONE_ID_SYSTEM")[0].timestamp == 0
+    peer.topics.sensor_gps = peer.topics.sensor_gps._replace(fix_type=0)
+    location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
+    assert (location.speed_horizontal, location.speed_accuracy, location.latitude) == (500, 0, 0)
     peer.topics.vehicle_status = VehicleStatus(armed=True, failsafe=True)
     location = only(peer.send(command_long(REQUEST_MESSAGE, 12901)), "OPEN_DRONE_ID_LOCATION")[0]
     assert location.status == 3

@@ -22,12 +22,12 @@ FASTEST_HORIZONTAL_CM_S: Final = 25425
 FASTEST_VERTICAL_CM_S: Final = 6200
 UNKNOWN_ALTITUDE: Final = -1000.0
 UNKNOWN_TIME: Final = 65535.0
+UNKNOWN_TIME_ACCURACY: Final = 0
+"""PX4's simulated receiver knows no date (SensorGpsSim::Run: time_utc_usec 0)."""
 ACCURACY_LIMITS_HORIZONTAL_M = ((1.0, 12), (3.0, 11), (10.0, 10), (30.0, 9))
 ACCURACY_LIMITS_VERTICAL_M = ((1.0, 6), (3.0, 5), (10.0, 4), (25.0, 3), (45.0, 2), (150.0, 1))
 SPEED_ACCURACY_UNDER_1_M_S: Final = 3
-"""PX4's simulated receiver states 0.4 m/s."""
-TIMESTAMP_ACCURACY_UNDER_1_S: Final = 10
-SECONDS_PER_HOUR: Final = 3600
+"""PX4's simulated receiver states 0.4 m/s, and 100 m/s without a fix, which is unknown (0)."""
 FORGOTTEN_US: Final = 10_000_000
 """What a receiver said is told for so long."""
 
@@ -41,24 +41,21 @@ def fields(now_us: int, context: Context) -> Fields:
     """1e-7 deg, m, cm/s, cdeg (whole degrees); motion is the receiver's; broadcast (targets 0)."""
     topics = context.topics
     gps, local, home = topics.sensor_gps, topics.vehicle_local_position, topics.home_position
-    latitude = longitude = horizontal = vertical = speed_accuracy = time_accuracy = 0
-    altitude_m, direction, time_s = UNKNOWN_ALTITUDE, UNKNOWN_DIRECTION, UNKNOWN_TIME
+    latitude = longitude = horizontal = vertical = speed_accuracy = 0
+    altitude_m, direction = UNKNOWN_ALTITUDE, UNKNOWN_DIRECTION
     speed, climb = UNKNOWN_SPEED_HORIZONTAL, UNKNOWN_SPEED_VERTICAL
-    age_us = now_us - gps.timestamp
-    if gps.timestamp and age_us < FORGOTTEN_US:
+    if gps.timestamp and now_us - gps.timestamp < FORGOTTEN_US:
         north, east, down = gps.vel_n_m_s, gps.vel_e_m_s, gps.vel_d_m_s
         direction = min(rounded(math.degrees(math.atan2(east, north)) % 360.0) * 100, 35999)
         speed = min(truncated(math.hypot(north, east) * 100.0), FASTEST_HORIZONTAL_CM_S)
         climb = max(-FASTEST_VERTICAL_CM_S, min(FASTEST_VERTICAL_CM_S, rounded(-down * 100.0)))
-        speed_accuracy = SPEED_ACCURACY_UNDER_1_M_S
         if gps.fix_type >= FIX_2D:
             latitude, longitude = rounded(gps.latitude_deg * 1e7), rounded(gps.longitude_deg * 1e7)
             horizontal = accuracy(gps.eph, ACCURACY_LIMITS_HORIZONTAL_M)
             vertical = accuracy(gps.epv, ACCURACY_LIMITS_VERTICAL_M)
         if gps.fix_type >= FIX_3D:
             altitude_m = float(rounded(gps.altitude_msl_m))
-        time_s = (context.boot_unix_us + gps.timestamp) * 1e-6 % SECONDS_PER_HOUR
-        time_accuracy = TIMESTAMP_ACCURACY_UNDER_1_S if age_us < 1_000_000 else 0
+            speed_accuracy = SPEED_ACCURACY_UNDER_1_M_S
     knows_height = home.valid and local.z_valid and local.z_global
     height_m = local.ref_alt - local.z - home.alt if knows_height else UNKNOWN_ALTITUDE
     baro_m = topics.sensor_baro.baro_alt_m
@@ -68,7 +65,7 @@ def fields(now_us: int, context: Context) -> Fields:
         baro_m if baro_m == baro_m else 0.0,
         altitude_m,
         height_m,
-        time_s,
+        UNKNOWN_TIME,
         direction,
         speed,
         climb,
@@ -81,7 +78,7 @@ def fields(now_us: int, context: Context) -> Fields:
         vertical,
         0,
         speed_accuracy,
-        time_accuracy,
+        UNKNOWN_TIME_ACCURACY,
     )
 
 

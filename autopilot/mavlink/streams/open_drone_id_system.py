@@ -9,10 +9,8 @@ from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_SYSTEM
 UNKNOWN_ALTITUDE: Final = -1000.0
-EPOCH_2019_S: Final = 1_546_300_800
-"""2019-01-01T00:00:00Z, from which the message counts."""
-
-
+UNKNOWN_TIME: Final = 0
+"""PX4's simulated receiver knows no date (SensorGpsSim::Run: time_utc_usec 0)."""
 FIX_3D: Final = 3
 
 
@@ -27,6 +25,5 @@ def fields(now_us: int, context: Context) -> Fields | None:
     if not home.valid or gps.fix_type < FIX_3D:
         return None
     latitude, longitude, altitude_m = truncated(home.lat * 1e7), truncated(home.lon * 1e7), home.alt
-    timestamp_s = (context.boot_unix_us + gps.timestamp) // 1_000_000 - EPOCH_2019_S
     ceiling_m = floor_m = UNKNOWN_ALTITUDE
-    return (latitude, longitude, ceiling_m, floor_m, altitude_m, timestamp_s, 1, 0, 0, 0, *(0,) * 20, 0, 0, 0, 0)
+    return (latitude, longitude, ceiling_m, floor_m, altitude_m, UNKNOWN_TIME, 1, 0, 0, 0, *(0,) * 20, 0, 0, 0, 0)
