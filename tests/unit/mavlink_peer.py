@@ -22,6 +22,7 @@ from sitl_emu.autopilot.topics import (
     SensorGps,
     SensorMag,
     Topics,
+    VehicleAirData,
     VehicleAngularVelocity,
     VehicleAttitude,
     VehicleAttitudeSetpoint,
@@ -102,6 +103,7 @@ class Peer:
         topics.sensor_mag = SensorMag(now_us, (0.2, 0.0, 0.4))
         topics.vehicle_magnetometer = VehicleMagnetometer(now_us, now_us, (0.2, 0.0, 0.4))
         topics.sensor_baro = SensorBaro(now_us, 95_600.0, 489.0, 20.0)
+        topics.vehicle_air_data = VehicleAirData(now_us, now_us, 489.0, 95_600.0, 15.0)
         topics.sensor_gps = SensorGps(
             now_us // GPS_EVERY_US * GPS_EVERY_US, LAT_DEG, LON_DEG, ALT_M, 0.1, 0.0, 0.0, 0.9, 1.78, 3, 10
         )

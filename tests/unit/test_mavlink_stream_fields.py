@@ -17,7 +17,6 @@ from sitl_emu.autopilot.topics import (
     ObstacleDistance,
     PositionSetpoint,
     PositionSetpointTriplet,
-    SensorBaro,
     VehicleAirData,
     VehicleOpticalFlow,
     VehicleRatesSetpoint,
@@ -142,7 +141,7 @@ def test_airspeed_is_not_measured_and_the_altitude_is_the_filters_or_the_baromet
     assert (hud.alt, hud.groundspeed) == (pytest.approx(ALT_M + 3.0, abs=1e-3), 0.5)
     peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(ref_alt=math.nan)
     assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 489.0
-    peer.topics.sensor_baro = SensorBaro()
+    peer.topics.vehicle_air_data = VehicleAirData()
     assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 0.0
 
 

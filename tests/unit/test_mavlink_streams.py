@@ -183,10 +183,12 @@ def test_which_fields_of_the_imu_are_new() -> None:
     peer = Peer()
     peer.now_us = 100_000
     peer.fly()
-    peer.topics.sensor_baro = peer.topics.sensor_baro._replace(timestamp=60_000)
-    assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b111111111
+    peer.topics.vehicle_air_data = peer.topics.vehicle_air_data._replace(timestamp=60_000)
+    imu = only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0]
+    assert imu.fields_updated == 0b111111111
+    assert (imu.abs_pressure, imu.pressure_alt, imu.temperature) == (956.0, 489.0, 15.0), "the mean, and the air's"
     peer.topics.vehicle_magnetometer = VehicleMagnetometer(60_000, 60_000)
-    peer.topics.sensor_baro = peer.topics.sensor_baro._replace(timestamp=96_000)
+    peer.topics.vehicle_air_data = peer.topics.vehicle_air_data._replace(timestamp=96_000)
     assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b1101000111111
 
 

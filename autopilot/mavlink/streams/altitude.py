@@ -15,7 +15,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
     local = topics.vehicle_local_position
     if local.timestamp == 0:
         return None
-    monotonic_m = topics.sensor_baro.baro_alt_m
+    monotonic_m = topics.vehicle_air_data.baro_alt_meter if topics.vehicle_air_data.timestamp else math.nan
     amsl_m = local_m = relative_m = terrain_m = clearance_m = math.nan
     if local.z_valid:
         home = topics.home_position

@@ -22,7 +22,7 @@ def paced_by(context: Context) -> int:
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """m/s² and rad/s without the biases that the estimator found, gauss, hPa, m, °C."""
+    """m/s² and rad/s without the biases that the estimator found, gauss, hPa, m, °C (of the air)."""
     topics = context.topics
     sample = topics.sensor_combined
     if not sample.timestamp:
@@ -33,14 +33,15 @@ def fields(now_us: int, context: Context) -> Fields | None:
     mag_bias = bias.mag_bias if bias.mag_device_id else NONE
     (ax, ay, az), (bx, by, bz) = sample.accelerometer_m_s2, accel_bias
     (p, q, r), (bp, bq, br) = sample.gyro_rad_s, gyro_bias
-    mag, baro = topics.vehicle_magnetometer, topics.sensor_baro
+    mag, baro = topics.vehicle_magnetometer, topics.vehicle_air_data
     (mx, my, mz), (bmx, bmy, bmz) = mag.magnetometer_ga if mag.timestamp else NONE, mag_bias
     updated = IMU_FIELDS
     updated |= MAG_FIELDS if sample.timestamp - mag.timestamp < PERIOD_US else 0
-    updated |= BARO_FIELDS if sample.timestamp - baro.timestamp < PERIOD_US else 0
-    pressure_hpa = baro.pressure_pa * 0.01
-    temperature_c = baro.temperature_c
-    altitude_m = baro.baro_alt_m
+    pressure_hpa = altitude_m = temperature_c = 0.0
+    if baro.timestamp:
+        updated |= BARO_FIELDS if sample.timestamp - baro.timestamp < PERIOD_US else 0
+        pressure_hpa, altitude_m = baro.baro_pressure_pa * 0.01, baro.baro_alt_meter
+        temperature_c = baro.ambient_temperature
     return (
         sample.timestamp,
         ax - bx,

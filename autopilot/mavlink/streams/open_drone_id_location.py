@@ -58,11 +58,12 @@ def fields(now_us: int, context: Context) -> Fields:
             speed_accuracy = SPEED_ACCURACY_UNDER_1_M_S
     knows_height = home.valid and local.z_valid and local.z_global
     height_m = local.ref_alt - local.z - home.alt if knows_height else UNKNOWN_ALTITUDE
-    baro_m = topics.sensor_baro.baro_alt_m
+    air = topics.vehicle_air_data
+    baro_m = air.baro_alt_meter if air.timestamp and now_us - air.timestamp < FORGOTTEN_US else 0.0
     return (
         latitude,
         longitude,
-        baro_m if baro_m == baro_m else 0.0,
+        baro_m,
         altitude_m,
         height_m,
         UNKNOWN_TIME,

@@ -31,7 +31,7 @@ def fields(now_us: int, context: Context) -> Fields | None:
         throttle_pct = truncated(100.0 * min(thrust, 1.0)) if thrust == thrust else 0
     altitude_m = local.ref_alt - local.z if local.z_valid else math.nan
     if not math.isfinite(altitude_m):
-        altitude_m = topics.sensor_baro.baro_alt_m
+        altitude_m = topics.vehicle_air_data.baro_alt_meter if topics.vehicle_air_data.timestamp else 0.0
     return (
         math.nan,
         math.hypot(local.vx, local.vy),
