@@ -72,6 +72,8 @@ LEVELS: dict[str, tuple[int | None, int]] = {
             "commander_unsupported_main_mode",
             "logger_storage_full",
             "mavlink_log_not_enough_bw",
+            "mission_failed_to_read_wp",
+            "mission_item_set_failed",
         ),
         (Severity.ERROR, Severity.ERROR),
     ),

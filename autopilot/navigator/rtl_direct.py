@@ -30,7 +30,6 @@ from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.topics import VehicleCommand, VehicleGlobalPosition
 from sitl_emu.core.geodesy import distance_m
 
-"""Not a MAV_CMD: PX4's own (navigation.h)."""
 ANY_HEIGHT_M = 3.4028234663852886e38
 """FLT_MAX."""
 

@@ -113,6 +113,8 @@ def test_arguments_are_packed_as_the_table_types_them() -> None:
         ("navigator_change_altitude_outside_geofence", Severity.CRITICAL, (), 0x63),
         ("navigator_course_change_altitude_outside_geofence", Severity.CRITICAL, (), 0x63),
         ("mavlink_log_not_enough_bw", Severity.CRITICAL, (1000,), 0x33),
+        ("mission_item_set_failed", Severity.CRITICAL, (), 0x33),
+        ("mission_failed_to_read_wp", Severity.CRITICAL, (4,), 0x33),
         ("mc_pos_ctrl_cruise_set", Severity.CRITICAL, (4.0,), 0x44),
         ("ekf2_mag_type_invalid", Severity.CRITICAL, (7.0,), 0x44),
     ],
