@@ -466,9 +466,8 @@ class Logger:
                 if each.number > self._told_seen and each.result is None:
                     buffer.append(self._command.message(each.timestamp, each.command))
                 elif each.number > self._told_seen:
-                    buffer.append(
-                        self._command_ack.message(each.timestamp, (each.command, each.result, each.from_outside))
-                    )
+                    answer = each.command, each.result, each.from_outside
+                    buffer.append(self._command_ack.message(each.timestamp, answer))
             self._told_seen = told[-1].number
         reports = self._topics.transponder_reports
         if reports and reports[-1].number != self._reports_seen:

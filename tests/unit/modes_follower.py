@@ -9,6 +9,7 @@ from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.modes.flight_modes import FlightModes
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
+    ManualControlSetpoint,
     PositionSetpoint,
     PositionSetpointTriplet,
     TakeoffStatus,
@@ -115,3 +116,24 @@ class Follower:
 
 def _finite(value: float) -> float:
     return value if math.isfinite(value) else 0.0
+
+
+def stick_flight(mode: NavState = NavState.POSCTL, up: float = 30.0, **changes: float) -> Follower:
+    """A vehicle high up with its sticks centred for a second; `changes` of parameters."""
+    follower = Follower(up, mode, **changes)
+    follower.topics.manual_control_setpoint = ManualControlSetpoint(1, True)
+    follower.fly(1.0)
+    return follower
+
+
+def move(
+    follower: Follower,
+    roll: float = 0.0,
+    pitch: float = 0.0,
+    yaw: float = 0.0,
+    throttle: float = 0.0,
+    aux1: float = 0.0,
+) -> None:
+    """Deflect the sticks, and the first auxiliary one."""
+    aux = (aux1, 0.0, 0.0, 0.0, 0.0, 0.0)
+    follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, roll, pitch, yaw, throttle, aux=aux)

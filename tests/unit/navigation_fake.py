@@ -240,3 +240,17 @@ def item(command: int, north_m: float = 0.0, east_m: float = 0.0, up_m: float = 
     p1, p2, p3, p4 = (*params, *(0.0, 0.0, 0.0, math.nan)[len(params) :])
     lat, lon = PLACE.reproject(north_m, east_m)
     return MissionItem(0, 6, command, 1, p1, p2, p3, p4, round(lat * 1e7), round(lon * 1e7), up_m)
+
+
+def flying(up_m: float = 10.0, **parameters: float) -> FakeVehicle:
+    """In HOLD, with texts and modes forgotten."""
+    vehicle = FakeVehicle(**parameters)
+    vehicle.run(3.0)
+    vehicle.take_off(up_m)
+    vehicle.take_texts()
+    del vehicle.modes[:-1]
+    return vehicle
+
+
+def place(vehicle: FakeVehicle) -> tuple[float, float, float]:
+    return round(vehicle.north, 1), round(vehicle.east, 1), round(vehicle.up, 1)
