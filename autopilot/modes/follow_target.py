@@ -14,7 +14,7 @@ Left out: without a home PX4 flies another mode.
 import math
 from typing import Final
 
-from sitl_emu.autopilot.commands.vehicle_commands import give_inside, tell
+from sitl_emu.autopilot.modes import gimbal_control
 from sitl_emu.autopilot.modes.flight_task import Setpoint, distance_to_ground_m, wants_takeoff
 from sitl_emu.autopilot.modes.second_order_reference_model import SecondOrderReferenceModel
 from sitl_emu.autopilot.modes.sticks import expo_deadzone
@@ -31,17 +31,14 @@ from sitl_emu.autopilot.topics import (
     Topics,
     TrajectorySetpoint,
     Vector3,
-    VehicleCommand,
     VehicleConstraints,
     VehicleLocalPosition,
 )
-from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import wrap_pi
 
 ABOVE_HOME, ABOVE_GROUND, ABOVE_TARGET = range(3)
 """FLW_TGT_ALT_M."""
-AUTOPILOT: Final[int] = mavlink.MAV_COMP_ID_AUTOPILOT1
 STANDS: Final = (0.0, 0.0, 0.0)
 COURSE_SPEED_M_S: Final = 1.0
 HEIGHT_FIRST_M: Final = 3.0
@@ -114,15 +111,8 @@ class FollowTargetTask:
         self._course = 0.0
 
     def end(self, now_us: int) -> None:
-        """Another mode is entered: the autopilot controls the gimbal no more, if it did (releaseGimbalControl)."""
-        unchanged, release = -1.0, -3.0
-        command = VehicleCommand(
-            mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, release, release, unchanged, unchanged, 0.0, 0.0, 0.0,
-            target_system=self._system_id, target_component=AUTOPILOT, source_system=self._system_id,
-            source_component=AUTOPILOT, from_external=False,
-        )  # fmt: skip
-        give_inside(self._topics, now_us, command)
-        tell(self._topics, now_us, command)
+        """Another mode is entered: the autopilot controls the gimbal no more, if it did (`gimbal_control`)."""
+        gimbal_control.release(self._topics, now_us, self._system_id)
 
     def activate(self, last: TrajectorySetpoint) -> None:
         """Begin where the vehicle is, with the parameters' distance, height and angle."""

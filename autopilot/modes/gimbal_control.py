@@ -53,7 +53,7 @@ class GimbalControl:
             self._seen = status
             if (status.primary_control_sysid, status.primary_control_compid) != (self._system_id, AUTOPILOT):
                 self._has_asked = True
-                self._configure(now_us, float(self._system_id), float(AUTOPILOT))
+                _configure(self._topics, now_us, self._system_id, (float(self._system_id), float(AUTOPILOT)))
         self._point(now_us, ALL_LOCKED, (NAN, pitch_rate, yaw_rate))
 
     def release(self, now_us: int) -> None:
@@ -62,18 +62,25 @@ class GimbalControl:
         if self._has_asked:
             self._has_asked = False
             self._point(now_us, LEVEL, (NAN, 0.0, 0.0))
-            self._configure(now_us, RELEASE, RELEASE)
+            release(self._topics, now_us, self._system_id)
 
     def _point(self, now_us: int, flags: int, rates: Vector3) -> None:
         self._topics.gimbal_manager_set_attitude = GimbalManagerSetAttitude(
             now_us, self._system_id, AUTOPILOT, flags, angular_velocity=rates
         )
 
-    def _configure(self, now_us: int, system: float, component: float) -> None:
-        command = VehicleCommand(
-            mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, system, component, UNCHANGED, UNCHANGED, 0.0, 0.0, 0.0,
-            target_system=self._system_id, target_component=AUTOPILOT, source_system=self._system_id,
-            source_component=AUTOPILOT, from_external=False,
-        )  # fmt: skip
-        give_inside(self._topics, now_us, command)
-        tell(self._topics, now_us, command)
+
+def release(topics: Topics, now_us: int, system_id: int) -> None:
+    """The autopilot gives up the primary control, if it has it (releaseGimbalControl)."""
+    _configure(topics, now_us, system_id, (RELEASE, RELEASE))
+
+
+def _configure(topics: Topics, now_us: int, system_id: int, primary: tuple[float, float]) -> None:
+    """`primary`: system and component that are to have the primary control; the secondary one stays."""
+    command = VehicleCommand(
+        mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, *primary, UNCHANGED, UNCHANGED, 0.0, 0.0, 0.0,
+        target_system=system_id, target_component=AUTOPILOT, source_system=system_id, source_component=AUTOPILOT,
+        from_external=False,
+    )  # fmt: skip
+    give_inside(topics, now_us, command)
+    tell(topics, now_us, command)

@@ -6,28 +6,19 @@ import pytest
 
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.modes.sticks import expo_deadzone
-from sitl_emu.autopilot.topics import ManualControlSetpoint, TrajectorySetpoint
-from tests.unit.modes_follower import Follower
+from sitl_emu.autopilot.topics import TrajectorySetpoint
+from tests.unit.modes_follower import Follower, stick_flight
+from tests.unit.modes_follower import move as deflect
 
 
 def direct(mode: NavState = NavState.POSCTL, up: float = 30.0, **changes: float) -> Follower:
     """A vehicle high up with its sticks centred for a second; `changes` of parameters."""
-    follower = Follower(up, mode, MPC_POS_MODE=0, **changes)
-    follower.topics.manual_control_setpoint = ManualControlSetpoint(1, True)
-    follower.fly(1.0)
-    return follower
+    return stick_flight(mode, up, MPC_POS_MODE=0, **changes)
 
 
-def move(
-    follower: Follower,
-    seconds: float = 0.008,
-    roll: float = 0.0,
-    pitch: float = 0.0,
-    yaw: float = 0.0,
-    throttle: float = 0.0,
-) -> TrajectorySetpoint:
+def move(follower: Follower, seconds: float = 0.008, **sticks: float) -> TrajectorySetpoint:
     """Deflect the sticks for a time; the last setpoint."""
-    follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, roll, pitch, yaw, throttle)
+    deflect(follower, **sticks)
     return follower.fly(seconds)[-1].setpoint
 
 
