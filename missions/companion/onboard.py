@@ -191,5 +191,6 @@ class Onboard:
         if bool(silence) == self._was_silent:
             return
         self._was_silent = bool(silence)
-        self.say(f"Companion: {silence or 'the autopilot is heard again'}", WARNING if silence else INFO)
-        self.note("autopilot_silent" if silence else "autopilot_heard", silence)
+        text = silence or "the autopilot is heard again"
+        self.say(f"Companion: {text}", WARNING if silence else INFO)
+        self.note("autopilot_silent" if silence else "autopilot_heard", text)
