@@ -7,7 +7,8 @@ ground that
   (`SURELY`, `DOUBT`, `LOW_DOUBT`), water, debris or fire, with `KEEP_OFF_M` around it;
 - was seen from nearly above (`ASLANT`): farther aslant a wall is taken for the ground behind it; and from so different
   places (`TURNED_DEG`) that a roof's corners would be known by now;
-- is plain within `PLAIN_M`: no person, car, wall or kerb within that (`sight.py`);
+- is plain within `PLAIN_M`, in all that was seen of it and in what was seen from low: no person, car, wall or kerb
+  within that (`sight.py`);
 - has nothing within `PLAIN_M` that is mapped as standing (`relief.py`), as a wall has no edges, and shade none; and
   nothing within `BESIDE_M` that reaches up to where the vehicle lets go;
 - is nearer to ground that is mapped than to such a thing: of a plain roof nothing is mapped but its edges;
@@ -222,7 +223,8 @@ def _land(regions: RegionMap, stands: Standing | None) -> Cells:
 
 def _free(regions: RegionMap, stands: Standing | None, room: float = 1.0) -> Cells:
     areas = _areas(regions)
-    things = np.asarray((regions.rough > ROUGH / room) | (regions.looks == 0))
+    rough = np.maximum(regions.rough, regions.low_rough)
+    things = np.asarray((rough > ROUGH / room) | (regions.looks == 0))
     free = (_away_m(areas) >= room * KEEP_OFF_M) & (_away_m(things) >= room * PLAIN_M)
     if stands is not None:
         tall_m = _away_m(stands.tall)
