@@ -78,6 +78,7 @@ def _delivery(figures: Figures) -> Table:
         ("diversions", figures["diversions"]),
         ("of these false", figures["diversions_false"]),
         ("location RMSE, m", figures["geolocation_rmse_m"]),
+        ("location by one frame each, RMSE, m", figures["sighting_rmse_m"]),
         ("located within two sigmas", figures["geolocation_within_2_sigma"]),
         ("lines flown after, s", figures["coverage_s"]),
     ]

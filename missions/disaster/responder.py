@@ -30,10 +30,12 @@ from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.spotter import Origin, camera_pose_at, camera_sweep_at, position
+from sitl_emu.missions.disaster import telling
 from sitl_emu.missions.disaster.drop import View
 from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, Flight
 from sitl_emu.missions.disaster.settings import Settings, settings_of
 from sitl_emu.missions.disaster.sight import Eye, Sight
+from sitl_emu.missions.disaster.sightings import Sightings
 
 BEFORE_FLIGHT = ("connecting", "uploading", "waiting for health", "taking off")
 
@@ -51,6 +53,7 @@ class Responder:
         self._frames = self._look_us = self._range_us = 0
         self._boxes: dict[str, tuple[int, Detection]] = {}
         """By label: the frame that showed it last, and the best box in it."""
+        self._sightings = Sightings(settings.camera, settings.location)
         self._outcome, self._failure = "", ""
         self._done = False
 
@@ -113,8 +116,8 @@ class Responder:
         if pose is None or flight.regions is None:
             return []
         self._frames += 1
-        for one in sorted(detections, key=lambda each: each.score):
-            self._boxes[one.label] = frame_time_us, one
+        for box in sorted(detections, key=lambda each: each.score):
+            self._boxes[box.label] = frame_time_us, box
         edges = None
         if isinstance(detections, Sight):
             edges = detections.edges
@@ -124,7 +127,10 @@ class Responder:
                 flight.ground.on_features(frame_time_us, sweep, detections.features, eph_m, epv_m)
             if detections.gray is not None:
                 flight.view = View(frame_time_us, detections.gray, pose)
-        flight.regions.update(pose, flight.ground.heights_m(now_us), detections, edges)
+        ground_m = flight.ground.heights_m(now_us)
+        flight.regions.update(pose, ground_m, detections, edges)
+        for one in self._sightings.new(pose, detections, flight.regions, ground_m):
+            telling.sighting(self._onboard, one, flight.place_deg)
         return []
 
     def on_time(self, now_us: int) -> Outgoing:

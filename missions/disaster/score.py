@@ -17,6 +17,8 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
   label within 5 m.
 - `geolocation_rmse_m`: of the located edges of all others, against the nearest true edge; `geolocation_within_2_sigma`
   the share within two of the sigmas that were stated.
+- `sightings`, `sighting_rmse_m`: of each target the first place that a single frame gave it (`sightings.py`), against
+  the middle of the true area's bounds.
 - `scan_share`: of the lines, those flown to their end, by whomever; `coverage_s`: from the first arming to the last
   line's end, where all were flown.
 - `served_twice`: parcels beyond the first that lie within 5 m of one true target; `separation_m`: how near two vehicles
@@ -84,6 +86,7 @@ def score(record: RunRecord) -> MissionScore:
     errors = [one["error_m"] for one in diversions if not one["false"]]
     aborted = [event["reason"] for event in record.events if event["event"] == "delivery_aborted"]
     delivered = [one for one in parcels if _is_delivered(one)]
+    sightings = _sightings(record)
     standing = solids(record.areas)
     rows = [_row(one, mapped, scanned.difference(standing) if one.label == WATER else scanned) for one in true]
     figures: dict[str, Any] = {
@@ -103,6 +106,8 @@ def score(record: RunRecord) -> MissionScore:
         "diverted": diversions,
         "geolocation_rmse_m": _rounded(_rms(errors)),
         "geolocation_within_2_sigma": _within_2_sigma(diversions),
+        "sightings": sightings,
+        "sighting_rmse_m": _rounded(_rms([one["error_m"] for one in sightings])),
         "scan_share": _scan_share(record),
         "coverage_s": _rounded(company.coverage_s(record.events)) if _scan_share(record) == 1.0 else None,
         "served_twice": company.served_twice([_served(record, one) for one in parcels]),
@@ -211,6 +216,26 @@ def _diversion(record: RunRecord, event: EventLine) -> dict[str, Any]:
         "sigma_m": event["sigma_m"],
         "false": away_m > MATCH_M,
     }
+
+
+def _sightings(record: RunRecord) -> list[dict[str, Any]]:
+    """What the first frame that was told of a target says, of each: off the middle of the target's bounds."""
+    first = dict[tuple[str, int], dict[str, Any]]()
+    for event in record.events:
+        if event["event"] != "sighting":
+            continue
+        north_m, east_m = _metres(record, event)
+        middles = [
+            (math.dist((north_m, east_m), one.shape.envelope.centroid.coords[0]), number)
+            for number, one in enumerate(targets(record.areas, event["time_s"]))
+            if one.label == event["label"]
+        ]
+        if middles:
+            error_m, number = min(middles)
+            told = {"vehicle": event["vehicle"], "time_s": event["time_s"], "label": event["label"],
+                    "north_m": _rounded(north_m), "east_m": _rounded(east_m), "error_m": _rounded(error_m)}  # fmt: skip
+            first.setdefault((event["vehicle"], number), told)
+    return list(first.values())
 
 
 def _row(target: TrueTarget, mapped: Sequence[tuple[str, Geometry]], seen_of: Geometry) -> dict[str, Any]:

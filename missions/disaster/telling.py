@@ -14,6 +14,7 @@ from sitl_emu.missions.disaster.outlines import as_text
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import RegionMap
 from sitl_emu.missions.disaster.settings import Settings
+from sitl_emu.missions.disaster.sightings import Sighting
 
 InDegrees = Callable[[Corner], Corner]
 """From metres north and east of home to latitude and longitude."""
@@ -54,6 +55,13 @@ def target(
         area_m2=round(place.area_m2, 1),
         **seen,
     )
+
+
+def sighting(onboard: Onboard, one: Sighting, deg: InDegrees) -> None:
+    """A region, as one frame places it."""
+    lat_deg, lon_deg = deg(one.place_m)
+    text = f"{one.label}, by one frame"
+    onboard.note("sighting", text, label=one.label, score=round(one.score, 3), lat_deg=lat_deg, lon_deg=lon_deg)
 
 
 def goes_on(onboard: Onboard, place: Place, before: Place) -> None:

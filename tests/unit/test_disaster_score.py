@@ -77,6 +77,18 @@ def test_a_parcel_at_the_edge_is_delivered() -> None:
     assert page(got).sections and all(row.good for row in rows([got]))
 
 
+def sighting(place_m: tuple[float, float], label: str = "water_body") -> dict[str, Any]:
+    lat, lon = deg(place_m)
+    return {"event": "sighting", "time_s": 18.0, "vehicle": "uas", "label": label, "lat_deg": lat, "lon_deg": lon}
+
+
+def test_the_first_sighting_of_a_target_is_held_against_its_middle() -> None:
+    got = scored(sighting((18.0, 19.0)), sighting((15.0, 15.0)), sighting((18.0, 19.0), "fire_region"), MAPPED)
+    (one,) = got["sightings"]
+    assert one["error_m"] == pytest.approx(5.0, abs=0.01) == got["sighting_rmse_m"]
+    assert scored(MAPPED)["sightings"] == [] and scored(MAPPED)["sighting_rmse_m"] is None
+
+
 def test_nobody_sees_water_under_a_house() -> None:
     house = TrueArea("solid", "house", "house", ((10.0, 10.0), (15.0, 10.0), (15.0, 20.0), (10.0, 20.0)))
     beside = region((15.5, 10.5), (15.5, 19.5), (19.5, 19.5), (19.5, 10.5))
