@@ -8,74 +8,32 @@ import pytest
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.navigator.mission_legs import Landing, landing_of
-from sitl_emu.autopilot.storage.dataman import RALLY, MissionItem, Plan
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
-from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
-
-TAKEOFF, WAYPOINT, LAND = mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LAND
-LOITER_TIME, LOITER_TO_ALT = mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TO_ALT
-LAND_START, JUMP, SPEED = mavlink.MAV_CMD_DO_LAND_START, mavlink.MAV_CMD_DO_JUMP, mavlink.MAV_CMD_DO_CHANGE_SPEED
-TRIGGER = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
-DIRECT, MISSION_LAND, FOLLOW, REVERSE = 1, 2, 3, 4
-"""rtl_status.rtl_type."""
-WITH_LANDING = (
-    item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 60, 0, 8), item(WAYPOINT, 60, 60, 8), item(WAYPOINT, 0, 60, 8),
-    item(LAND, -40, 60),
-)  # fmt: skip
-WITHOUT = WITH_LANDING[:-1]
-PATTERN = (
-    item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 60, 0, 8), item(WAYPOINT, 120, 0, 8), item(LAND_START),
-    item(WAYPOINT, 60, 60, 12), item(WAYPOINT, 30, 60, 10), item(LAND, 0, 60),
-)  # fmt: skip
-
-
-def flying(*items: MissionItem, **parameters: float) -> FakeVehicle:
-    """In MISSION, just armed."""
-    vehicle = FakeVehicle(**{"RTL_RETURN_ALT": 15.0, "NAV_ACC_RAD": 2.0} | parameters)
-    vehicle.run(3.0)
-    vehicle.upload(*items)
-    vehicle.run(0.1)
-    assert vehicle.set_mode(4, 4) == 0
-    assert vehicle.arm() == 0
-    return vehicle
-
-
-def run_until_reached(vehicle: FakeVehicle, seq: int) -> None:
-    for _ in range(3000):
-        vehicle.step()
-        if vehicle.topics.mission_result.seq_reached == seq:
-            return
-    raise AssertionError(f"{seq} is not reached, only {vehicle.reached}")
-
-
-def return_home(vehicle: FakeVehicle) -> list[str]:
-    """Return, land; what was said."""
-    vehicle.take_texts()
-    vehicle.reached.clear()
-    vehicle.current.clear()
-    assert vehicle.set_mode(4, 5) == 0
-    vehicle.run_until_disarmed()
-    return vehicle.take_texts()
-
-
-def place(vehicle: FakeVehicle) -> tuple[int, int]:
-    return round(vehicle.north), round(vehicle.east)
-
-
-def rally(vehicle: FakeVehicle, north_m: float, east_m: float, frame: int = 3) -> None:
-    lat, lon = PLACE.reproject(north_m, east_m)
-    point = MissionItem(
-        0, frame, mavlink.MAV_CMD_NAV_RALLY_POINT, 1, 0, 0, 0, math.nan, round(lat * 1e7), round(lon * 1e7), 0.0
-    )
-    vehicle.dataman.store(RALLY, Plan((point,)), 0)
-    vehicle.run(2.1)
-
-
-def rtl_status(vehicle: FakeVehicle) -> tuple[int, int]:
-    status = vehicle.topics.rtl_status
-    return status.rtl_type, status.safe_point_index
+from .navigation_fake import HOME_ALT, FakeVehicle, item
+from .navigator_returns import (
+    DIRECT,
+    FOLLOW,
+    JUMP,
+    LAND,
+    LAND_START,
+    LOITER_TIME,
+    MISSION_LAND,
+    PATTERN,
+    REVERSE,
+    SPEED,
+    TAKEOFF,
+    TRIGGER,
+    WAYPOINT,
+    WITH_LANDING,
+    WITHOUT,
+    flying,
+    place,
+    return_home,
+    rtl_status,
+    run_until_reached,
+)
 
 
 def test_on_along_the_mission_to_its_landing() -> None:
@@ -306,110 +264,6 @@ def test_the_event_of_a_return_tells_whole_metres_as_its_text_does() -> None:
     event_id, formats = layout("vrtl_return_at")
     (told,) = [event for event in vehicle.events.recent if event.id == event_id]
     assert struct.unpack(f"<{formats}", told.arguments) == (math.ceil(HOME_ALT + 12.4), 13)
-
-
-def test_without_a_mission_it_goes_straight_home() -> None:
-    vehicle = FakeVehicle(RTL_TYPE=2)
-    vehicle.run(3.0)
-    vehicle.take_off(10.0)
-    vehicle.reposition(40.0, 0.0, 10.0)
-    vehicle.run(12.0)
-    texts = return_home(vehicle)
-    assert "RTL: land at destination" in texts
-    assert place(vehicle) == (0, 0)
-
-
-def test_on_the_ground_it_refuses_to_take_off() -> None:
-    vehicle = FakeVehicle(RTL_TYPE=2)
-    vehicle.run(3.0)
-    vehicle.upload(*WITHOUT)
-    vehicle.run(2.5)
-    assert vehicle.arm() == 0
-    vehicle.take_texts()
-    assert vehicle.set_mode(4, 5) == 0
-    vehicle.run(1.0)
-    assert "No valid mission available, refusing takeoff" in vehicle.take_texts()
-    assert vehicle.topics.position_setpoint_triplet.current.type == SetpointType.IDLE
-
-
-def test_a_rally_point_is_arrived_at_with_any_heading() -> None:
-    vehicle = flying(*WITHOUT)
-    run_until_reached(vehicle, 1)
-    rally(vehicle, 60.0, 40.0)
-    assert rtl_status(vehicle) == (DIRECT, 0)
-    assert vehicle.set_mode(4, 5) == 0
-    vehicle.run(12.0)
-    assert math.isnan(vehicle.topics.position_setpoint_triplet.current.yaw)
-    vehicle.run_until_disarmed()
-    assert place(vehicle) == (60, 40)
-
-
-def test_a_rally_point_where_nobody_has_said_where_is_none() -> None:
-    """RTL::extractValidSafePointPosition."""
-    vehicle = flying(*WITHOUT)
-    nowhere = MissionItem(0, 3, mavlink.MAV_CMD_NAV_RALLY_POINT, 1, 0, 0, 0, math.nan, 0, 0, 0.0)
-    beyond = nowhere._replace(x=910000000, y=10)
-    vehicle.parameters.set("RTL_TYPE", 5)
-    vehicle.dataman.store(RALLY, Plan((nowhere, beyond)), 0)
-    vehicle.run(2.1)
-    assert rtl_status(vehicle) == (DIRECT, 255)
-
-
-def test_a_return_that_waits_moves_to_its_place_again_before_it_lands() -> None:
-    """RtlDirect::_updateRtlState, by what it tells the log (4 and 5 are a VTOL's); its height does not matter there."""
-    vehicle = flying(*WITHOUT, RTL_TYPE=0, RTL_LAND_DELAY=3.0, RTL_DESCEND_ALT=6.0)
-    run_until_reached(vehicle, 1)
-    assert vehicle.set_mode(4, 5) == 0
-    phases: list[int] = []
-    heights: dict[int, float] = {}
-    looks_down: list[int] = []
-    while vehicle.armed:
-        vehicle.step()
-        told, triplet = vehicle.topics.navigator_mission_item, vehicle.topics.position_setpoint_triplet
-        if vehicle.mode is NavState.AUTO_RTL and phases[-1:] != [told.sequence_current]:
-            phases.append(told.sequence_current)
-            heights[told.sequence_current] = triplet.current.alt_acceptance_radius
-            looks_down.append(vehicle.topics.distance_sensor_mode_change_request.request_on_off)
-            if told.sequence_current == 2:
-                assert (triplet.next.valid, triplet.next.type, triplet.next.alt) == (True, SetpointType.LAND, 0.0)
-        if phases[-1:] == [3]:
-            vehicle.up = 12.0
-    assert phases == [0, 1, 2, 3, 6, 7, 8]
-    assert looks_down == [0, 0, 1, 1, 1, 1, 0]
-    assert math.isnan(heights[1])
-    assert heights[3] == heights[6] > 1e38
-
-
-def test_a_return_that_waits_turns_before_it_lands() -> None:
-    vehicle = flying(*WITHOUT, RTL_TYPE=0, RTL_LAND_DELAY=2.0, RTL_DESCEND_ALT=6.0)
-    run_until_reached(vehicle, 1)
-    assert vehicle.set_mode(4, 5) == 0
-    while vehicle.topics.navigator_mission_item.sequence_current != 3:
-        vehicle.step()
-    assert math.isnan(vehicle.topics.position_setpoint_triplet.current.yaw)
-    vehicle.turned = 2.0
-    vehicle.run(10.0)
-    assert vehicle.topics.navigator_mission_item.sequence_current == 6
-    vehicle.turned = 0.0
-    vehicle.run(0.2)
-    assert vehicle.topics.navigator_mission_item.sequence_current == 7
-
-
-def test_a_rally_point_over_terrain_is_none() -> None:
-    vehicle = flying(*WITHOUT)
-    rally(vehicle, 60.0, 40.0, mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT)
-    assert rtl_status(vehicle) == (DIRECT, 255)
-
-
-def test_type_5_without_a_rally_point_lands_where_it_is_and_warns() -> None:
-    vehicle = FakeVehicle(RTL_TYPE=5)
-    vehicle.run(5.0)
-    assert set(vehicle.take_texts()) == {"No rally point configured"}
-    vehicle.take_off(10.0)
-    vehicle.reposition(40.0, 0.0, 10.0)
-    vehicle.run(12.0)
-    return_home(vehicle)
-    assert place(vehicle) == (40, 0)
 
 
 def test_how_long_the_landing_pattern_takes() -> None:
