@@ -14,8 +14,8 @@ flies at its own height; the air that others need is kept clear of.
 
 **Aborted** is a delivery for any of `aborts.Reason`; the parcel stays on board, and the scan goes on or the vehicle
 goes home. The same place and region are not tried for ever (`tries.py`), nor while a wind blows that has ended the last
-try. Who is alone and still has its parcel when all lines are flown goes over what may be a place and was seen from
-aslant alone, as often as `CLOSER_TRIES`.
+try; a line is not left in vain for ever either. Who is alone and still has its parcel when all lines are flown goes
+over what is left, and what may be a place and was seen from aslant alone, as often as `CLOSER_TRIES`.
 """
 
 import math
@@ -338,7 +338,7 @@ class Flight:
         onboard = self.onboard
         if self.together is not None:
             return self.together.due()
-        if onboard.now_us < self._choose_us:
+        if onboard.now_us < self._choose_us or len(self._tried) >= tries.LEAVES:
             return None
         self._choose_us = onboard.now_us + CHOOSE_EVERY_US
         return self._nearest([self.place_of(region) for region in self._open()])

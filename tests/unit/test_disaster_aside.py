@@ -4,7 +4,9 @@ import pytest
 from shapely import Point, box
 
 from sitl_emu.gcs.telemetry import Wind
-from sitl_emu.missions.disaster import places
+from sitl_emu.missions.companion.onboard import Script
+from sitl_emu.missions.disaster import places, tries
+from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from tests.unit.disaster_sky import Sky
 
 AREA_M = [(0.0, 0.0), (0.0, 60.0), (40.0, 60.0), (40.0, 0.0)]
@@ -65,6 +67,24 @@ def test_what_may_be_a_place_is_looked_at_from_above_before_the_parcel_is_taken_
     assert len(flown.parcels) == 1 and flown.outcomes == {1: "success"}
     (confirmed,) = (event for _, _, event in sky.events if event.kind == "target_confirmed")
     assert "frame_time_us" not in confirmed.data, "no picture of another place"
+
+
+def test_who_has_left_its_lines_in_vain_three_times_flies_them_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    ponds = [box(north_m, 8.0, north_m + 4.0, 12.0) for north_m in (4.0, 18.0, 32.0)]
+    ponds += [box(north_m, 34.0, north_m + 4.0, 38.0) for north_m in (4.0, 18.0, 32.0)]
+    sky = Sky(1, AREA_M, ponds, 0.0, 1)
+    flight = sky.companions[1].flight
+
+    def none(place: places.Place) -> Script:
+        yield from ()
+        raise Aborted(Reason.NO_PLACE, "none")
+
+    monkeypatch.setattr(flight, "_deliver", none)
+    assert sky.fly(600.0)
+    told = [event.kind for _, _, event in sky.events if event.kind in ("line_scanned", "target_confirmed")]
+    last = len(told) - told[::-1].index("line_scanned")
+    assert told[:last].count("target_confirmed") == tries.LEAVES < len(told[last:]) + tries.LEAVES
+    assert told.count("line_scanned") == sky.flown().lines_in_all
 
 
 def test_in_a_wind_that_ended_a_delivery_none_is_begun_until_it_has_dropped() -> None:
