@@ -84,9 +84,7 @@ for in the towns of seeds 2, 4 and 6 were of no water. Ours."""
 MOST = 3.5
 """Of log-odds, to either side: a cell changes its mind after as many frames (OctoMap's 0.97)."""
 LOW_M = 12.0
-"""Over the ground: from lower little dry ground is taken for an area (`places.LOW_DOUBT`), and persons are
-larger than poses are off: where one stood, 3 in 100 were edges in 145 looks, and 6 in the ten from low (Table 5, seed
-17, by the equations)."""
+"""Over the ground: from lower little dry ground is taken for an area (`places.LOW_DOUBT`)."""
 NEAREST_M, NEAREST_BELOW_M = 0.05, 0.1
 EDGE_PX = 4.0
 """A cell nearer to the picture's edge than this is not looked at."""
@@ -171,8 +169,7 @@ class RegionMap:
         little to be of a region, as of shallow water."""
         self.low_looks = np.zeros(self.shape, np.int32)
         self.low_doubt = np.zeros(self.shape)
-        self.low_rough = np.zeros(self.shape)
-        """`doubt` and `rough` of those frames alone that were taken from lower than `LOW_M`."""
+        """The same of those frames alone that were taken from lower than `LOW_M`."""
         layers = (len(self.labels), *self.shape)
         self.odds = np.zeros(layers)
         """Logarithm of the odds that a cell is of a label."""
@@ -192,16 +189,13 @@ class RegionMap:
             return
         self.looks[look.cells] += 1
         self._tell_from_where(look)
-        is_low = look.height_m < LOW_M
-        if is_low:
-            self.low_looks[look.cells] += 1
         if edges is not None:
-            self._tell_rough(look, self._parts(edges, look), is_low)
+            _add_to_mean(self.rough, self.looks, look.cells, self._parts(edges, look))
         areas = detections.areas if isinstance(detections, Detections) else None
         shares = np.zeros((len(self.labels), len(look.x)))
         if areas is not None:
             shares[:] = [areas.at(label, look.x, look.y) for label in self.labels]
-        self._tell_doubt(look, shares, is_low)
+        self._tell_doubt(look, shares)
         worse = look.steep > self.steepness[look.cells] + WORSE
         for layer, label in enumerate(self.labels):
             if label in self._scattered and look.height_m < self._whole_from_m:
@@ -283,17 +277,12 @@ class RegionMap:
         self._first[:, rows, columns] = first
         self.turned[cells] = np.minimum(self.turned[cells], (first * look.ray).sum(axis=0))
 
-    def _tell_rough(self, look: _Look, rough: Grid, is_low: bool) -> None:
-        """`rough`: of each cell."""
-        _add_to_mean(self.rough, self.looks, look.cells, rough)
-        if is_low:
-            _add_to_mean(self.low_rough, self.low_looks, look.cells, rough)
-
-    def _tell_doubt(self, look: _Look, shares: Grid, is_low: bool) -> None:
+    def _tell_doubt(self, look: _Look, shares: Grid) -> None:
         """`shares`: of each label and cell."""
         most = shares.max(axis=0, initial=0.0)
         _add_to_mean(self.doubt, self.looks, look.cells, most)
-        if is_low:
+        if look.height_m < LOW_M:
+            self.low_looks[look.cells] += 1
             _add_to_mean(self.low_doubt, self.low_looks, look.cells, most)
 
     def _parts(self, edges: npt.NDArray[np.float32], look: _Look) -> Grid:

@@ -243,20 +243,6 @@ def test_the_parcel_goes_beside_it_on_plain_ground() -> None:
     assert not places.is_free(over, (500.0, 0.0))
 
 
-def test_somebody_who_is_seen_from_low_alone_is_no_ground_for_a_parcel() -> None:
-    """Smeared over many looks from 20 m: a share of edges that none of them is rough by."""
-    over, _, place = a_place()
-    cell = over.cell(*place.place_m) or (0, 0)
-    low = pose_at(*place.place_m, up_m=7.0)
-    for share, is_plain in ((0.0, True), (0.2, False)):
-        for _ in range(5):
-            over.update(low, 0.0, [], np.full((60, 80), share, np.float32))
-        assert over.rough[cell] < places.ROUGH, "of all looks"
-        assert places.is_free(over, place.place_m) == is_plain
-    over.update(pose_at(*place.place_m), 0.0, [], np.zeros((60, 80), np.float32))
-    assert not places.is_free(over, place.place_m), "a look from above says nothing against it"
-
-
 def test_best_is_farther_from_what_spreads_meanwhile() -> None:
     over, water, _ = a_place()
     fire = water._replace(label="fire_region")
