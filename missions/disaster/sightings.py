@@ -30,7 +30,7 @@ STEPS = 3
 
 
 class Sighting(NamedTuple):
-    """The middle of a box, in metres north and east of the map's origin."""
+    """The middle of a box, in metres north and east of the map's origin; `score` is the detector's."""
 
     label: str
     score: float
@@ -70,7 +70,10 @@ class Sightings:
 def located(
     camera: CameraModel, pose: CameraPose, box: Detection, regions: RegionMap, ground_m: Grid | float, location: str
 ) -> Corner | None:
-    """Where the middle of a box lies by one frame; None where it is not on the ground."""
+    """Metres north and east at which the middle of a box lies by one frame; None where it is not on the ground.
+
+    `ground_m`: heights of the map's cells, (rows, columns), or of all.
+    """
     down_m = -_height_m(regions, ground_m, (float(pose.position_m[0]), float(pose.position_m[1])))
     if location == "equations":
         point = planar_projection.placed(camera, pose, box.x, box.y, down_m)

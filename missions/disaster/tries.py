@@ -10,7 +10,7 @@ TRIES, REGION_TRIES = 2, 4
 """A flood has more than one shore."""
 LEAVES = 3
 """So often a line is left in vain: what else is found waits until all lines are flown. With a receiver that wanders by
-metres one flight left its lines 16 times, and had seen all after 640 s instead of 160 (debris, seed 1, at 394a9151)."""
+metres one flight left its lines 16 times, and had seen all after 640 s (debris, seed 1, at 394a9151); ours."""
 SAME_EDGE_M = 6.0
 """A region whose edge lies so near to where it was when it was tried is that region: cells come and go."""
 
