@@ -121,7 +121,7 @@ class VehicleSimulator:
         self._gps = Gps(sensors.gps, self._projection, home.alt_amsl_m, seed, name)
         self._lidar = Lidar(sensors.lidar, terrain, seed, name, obstacles, areas) if sensors.lidar else None
         self.battery = battery_model(vehicle.battery)
-        self._mag_every, self._mag_at = _period_us(sensors.magnetometer.rate_hz), 0
+        self._mag_every, self._mag_due, self._mag_at = _period_us(sensors.magnetometer.rate_hz), 0, 0
         self._baro_every, self._baro_at = _period_us(sensors.barometer.rate_hz), 0
         self._gps_every, self._gps_at = _period_us(sensors.gps.rate_hz), 0
         self._lidar_every = _period_us(sensors.lidar.rate_hz) if sensors.lidar else 0
@@ -267,7 +267,8 @@ class VehicleSimulator:
         """Read what is due besides the IMU; the bits it adds to fields_updated."""
         body, updated = self.dynamics, 0
         if now_us >= self._mag_at:
-            self._mag_at = _next_us(self._mag_at, self._mag_every, now_us)
+            self._mag_due = _next_us(self._mag_due, self._mag_every, now_us)
+            self._mag_at = self._mag_due + TICK_US * self.magnetometer.late_ticks()
             if not self.mag_off:
                 self._mag = self.magnetometer.read(body.q)
                 updated |= FIELDS_UPDATED_MAG

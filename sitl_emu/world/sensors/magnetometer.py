@@ -6,7 +6,7 @@ import operator
 from sitl_emu.core.geomagnetism import MagneticField
 from sitl_emu.vehicles.description import Magnetometer as MagnetometerData
 from sitl_emu.vehicles.dynamics import Quaternion
-from sitl_emu.world.noise import normals
+from sitl_emu.world.noise import generator, normals
 
 
 class Magnetometer:
@@ -16,6 +16,7 @@ class Magnetometer:
         draw = self._draw = normals(seed, name, "magnetometer")
         self._bias = (data.bias_gauss * draw(), data.bias_gauss * draw(), data.bias_gauss * draw())
         self._noise = data.noise_gauss
+        self._most_late_ticks, self._late = data.late_ticks, generator(seed, name, "magnetometer", "late")
         self.offset_gauss = (0.0, 0.0, 0.0)
         """PX4's SIM_MAG_OFFSET_X, _Y, _Z."""
         horizontal = field.strength_gauss * math.cos(field.inclination_rad)
@@ -24,6 +25,10 @@ class Magnetometer:
             horizontal * math.sin(field.declination_rad),
             field.strength_gauss * math.sin(field.inclination_rad),
         )
+
+    def late_ticks(self) -> int:
+        """How late the next sample will be."""
+        return int(self._late.integers(self._most_late_ticks, endpoint=True)) if self._most_late_ticks else 0
 
     def read(self, attitude: Quaternion) -> tuple[float, float, float]:
         """Field along body x, y, z, gauss."""
