@@ -3,6 +3,7 @@
 The world process holds one to every other process and to the launcher.
 """
 
+import math
 import os
 import socket
 import struct
@@ -17,6 +18,8 @@ CREDENTIALS = struct.Struct("=iII")
 """Linux's `struct ucred`: process, user, group."""
 BARRIER_LIMIT_S = 60.0
 """Wall time after which a process that is silent, and does nothing, counts as hung."""
+LOOK_S = 1.0
+"""How often it is looked whether a silent process works: not before it is silent, as barriers come every 20 ms."""
 BUSY_LIMIT_S = 600.0
 """The same of one that has used the CPU meanwhile: a camera's first picture after a fresh install waits for the
 compiler, which with other work beside it takes minutes."""
@@ -31,9 +34,9 @@ class ProcessLostError(Exception):
 class ControlChannel:
     """One end of a control channel."""
 
-    def __init__(self, opened: socket.socket, other: str) -> None:
+    def __init__(self, opened: socket.socket, other: str, hung_after_s: float = BARRIER_LIMIT_S) -> None:
         """`other`: what the process at the other end is called, for people."""
-        self.other = other
+        self.other, self._hung_after_s = other, hung_after_s
         self._socket = opened
         self._buffer = bytearray()
         self._pid: int | None = None
@@ -84,16 +87,25 @@ class ControlChannel:
 
     def _wait(self) -> bytes:
         """What comes next; waits for it. Raises ProcessLostError for a process that hangs, OSError as `recv` does."""
-        waited_s, worked_s = 0.0, cpu_s(self._pid)
+        look_s = min(LOOK_S, self._hung_after_s)
+        self._socket.settimeout(look_s)
+        try:
+            return self._received_while_it_works(look_s)
+        finally:
+            self._socket.settimeout(BARRIER_LIMIT_S)
+
+    def _received_while_it_works(self, look_s: float) -> bytes:
+        waited_s = idle_s = 0.0
+        worked_s = math.inf
         while True:
             try:
                 data, beside, _, _ = self._socket.recvmsg(RECEIVE_BYTES, socket.CMSG_SPACE(CREDENTIALS.size))
             except TimeoutError:
-                waited_s += self._socket.gettimeout() or 0.0
                 now_s = cpu_s(self._pid)
-                if now_s <= worked_s or waited_s >= BUSY_LIMIT_S:
+                idle_s = idle_s + look_s if now_s == worked_s else 0.0
+                waited_s, worked_s = waited_s + look_s, now_s
+                if idle_s >= self._hung_after_s or waited_s >= BUSY_LIMIT_S:
                     raise ProcessLostError(f"{self.other} has not answered for {waited_s:g} s") from None
-                worked_s = now_s
                 continue
             for level, kind, told in beside:
                 if (level, kind) == (socket.SOL_SOCKET, socket.SCM_CREDENTIALS):

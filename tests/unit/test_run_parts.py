@@ -87,12 +87,11 @@ there.send(Rendered(1))
 @pytest.mark.parametrize("does", ["works", "sleeps"])
 def test_a_silent_process_is_waited_for_as_long_as_it_works(does: str) -> None:
     one, other = socket.socketpair()
-    camera = ControlChannel(one, "the camera")
+    camera = ControlChannel(one, "the camera", hung_after_s=0.5)  # far less than its work takes
     fd = other.fileno()
     process = subprocess.Popen([sys.executable, "-P", "-c", SILENT, str(fd), does], pass_fds=[fd])
     other.close()
     assert camera.receive() == Ready()
-    one.settimeout(0.5)  # far less than its work takes
     if does == "works":
         assert camera.receive() == Rendered(1)
     else:
