@@ -324,8 +324,15 @@ class Commander:
         topics, arming = self._topics, self._arming
         flags, in_failsafe = topics.failsafe_flags, self._failsafe.in_failsafe
         self._publish_actuator_armed(now_us)
+        can_arm = self._checks.can_arm(self._nav_state)
+        mode = control_mode(self._nav_state, self._vehicle_kind.traits, topics.offboard_setpoint)
+        systems = present_and_healthy(now_us, topics.gcs_heartbeats)
         told = (
-            topics.health_report,
+            can_arm,
+            mode,
+            systems,
+            flags.gcs_connection_lost,
+            flags.manual_control_signal_lost,
             arming.armed,
             self._nav_state,
             self._intention.mode,
@@ -340,7 +347,6 @@ class Commander:
         if told == self._published and now_us - topics.vehicle_status.timestamp < STATUS_INTERVAL_US:
             return
         self._published = told
-        can_arm = self._checks.can_arm(self._nav_state)
         topics.vehicle_status = VehicleStatus(
             now_us,
             arming.armed,
@@ -364,9 +370,9 @@ class Commander:
             self._links.gcs_losses,
             self._failsafe.taken_over,
             int(self._parameters["CBRK_IO_SAFETY"]) == SAFETY_BREAKER,
-            *present_and_healthy(now_us, topics.gcs_heartbeats),
+            *systems,
             rc_calibration_in_progress=self.calibration.remote_control,
-            control_mode=control_mode(self._nav_state, self._vehicle_kind.traits, topics.offboard_setpoint),
+            control_mode=mode,
         )
 
     def _publish_actuator_armed(self, now_us: int) -> None:

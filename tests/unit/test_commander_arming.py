@@ -13,7 +13,7 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 
-from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, item
+from .navigation_fake import HOME_ALT, PLACE, STEP_US, FakeVehicle, item
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
 UNINIT, STANDBY, ACTIVE, CRITICAL, FLIGHT_TERMINATION = 0, 3, 4, 5, 8
@@ -38,6 +38,21 @@ def test_boots_in_hold_silently_and_becomes_ready() -> None:
     assert vehicle.topics.health_report.health & PREARM_BIT
     assert vehicle.mode is NavState.AUTO_LOITER
     assert vehicle.take_texts() == []
+
+
+def test_vehicle_status_is_told_twice_a_second_and_when_it_changes(vehicle: FakeVehicle) -> None:
+    """Commander::run: who streams CURRENT_MODE at 20 Hz so gets a mode of 20 ms, as before a mission's RTL."""
+
+    def told_in(seconds: float) -> int:
+        stamps = set()
+        for _ in range(round(seconds * 1e6 / STEP_US)):
+            vehicle.step()
+            stamps.add(vehicle.topics.vehicle_status.timestamp)
+        return len(stamps)
+
+    assert told_in(5.0) in (10, 11)
+    assert vehicle.arm() == ACCEPTED
+    assert vehicle.topics.vehicle_status.armed
 
 
 def test_sys_status_bits_are_those_of_px4_when_ready(vehicle: FakeVehicle) -> None:
