@@ -11,11 +11,15 @@ COLOURS = {"water_body": "#1565c0", "debris_field": "#6d4c41", "fire_region": "#
 """Of areas on the map."""
 THINGS = {"person": "#ad1457", "car": "#5e35b1", "truck": "#4527a0"}
 AREA_COLOUR, LINE_COLOUR, PARCEL_COLOUR, PLACE_COLOUR = "#263238", "#90a4ae", "#00c853", "#d50000"
+SIGHTING_COLOUR = "#ff6d00"
 
 
 def page(figures: Figures) -> Page:
     """From the figures of its score (`score.py`)."""
     marks = [Mark(one["north_m"], one["east_m"], "located edge", PLACE_COLOUR) for one in figures["diverted"]]
+    marks += [
+        Mark(one["north_m"], one["east_m"], "middle by one frame", SIGHTING_COLOUR, "+") for one in figures["sightings"]
+    ]
     marks += [
         Mark(one["north_m"], one["east_m"], "parcel at rest", PARCEL_COLOUR, "P") for one in figures["deliveries"]
     ]

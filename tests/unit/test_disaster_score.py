@@ -86,6 +86,8 @@ def test_the_first_sighting_of_a_target_is_held_against_its_middle() -> None:
     got = scored(sighting((18.0, 19.0)), sighting((15.0, 15.0)), sighting((18.0, 19.0), "fire_region"), MAPPED)
     (one,) = got["sightings"]
     assert one["error_m"] == pytest.approx(5.0, abs=0.01) == got["sighting_rmse_m"]
+    (mark,) = page(got).marks
+    assert (mark.north_m, mark.east_m) == pytest.approx((18.0, 19.0), abs=0.01)
     assert scored(MAPPED)["sightings"] == [] and scored(MAPPED)["sighting_rmse_m"] is None
 
 
