@@ -126,7 +126,9 @@ class Flight:
             self._abort(why)
             if self.together is not None:
                 self.together.leave()
-        if self._lacked_a_place:
+        if self._lacked_a_place and self.together is not None and self.together.leaves_some:
+            self._abort(Aborted(Reason.ALONE, "what was found is left to who is not heard any more"))
+        elif self._lacked_a_place:
             self._abort(Aborted(Reason.NO_PLACE, "no plain dry ground at the edge of anything that was found"))
         self.looking = False
         onboard.enter("returning", "the whole area has been seen" if self.whole else f"{self.aborted}")

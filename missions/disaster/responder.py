@@ -14,8 +14,8 @@ Options: `area` (needed; a polygon in degrees with holes, in a simulated run als
 `terrain`), `terrain_map` (a GeoTIFF to write), `parcel` (`yes`, `no`), `parcel_mass_kg`, `parcel_drag_m2`,
 `parcel_half_height_m`, `ready_timeout_s`, `calibration`, `confirmations`, `confirm_score`, and of
 `companion/perception.py` detector, selection, look_rate_hz. For several aircraft (`together.py`), which have all other
-options alike: `members` (their MAVLink systems), `datum_amsl_m`, `never_twice`, `swarm_key`; a simulated run adds the
-first two and a key of its seed, where several vehicles have this mission with the same options.
+options alike: `members` (their MAVLink systems), `datum_amsl_m`, `swarm_key`; a simulated run adds the first two and a
+key of its seed, where several vehicles have this mission with the same options.
 """
 
 from collections.abc import Sequence

@@ -33,8 +33,6 @@ class Team(NamedTuple):
     """MAVLink systems of all."""
     datum_amsl_m: float
     """From which the scan altitude counts, the same for all."""
-    never_twice: bool = False
-    """Of aircraft that no longer hear each other those with the lowest system go on alone (`swarm/sharing.py`)."""
 
 
 class Settings(NamedTuple):
@@ -125,7 +123,7 @@ def _team(given: Options) -> Team | None:
     if not 2 <= len(members) <= MOST_MEMBERS or not all(0 < one < 251 for one in members):
         raise ValueError(f"option members: {text!r}; allowed: {allowed}")
     datum_amsl_m = given.number("datum_amsl_m", math.nan, -500.0, 9000.0)
-    return Team(key_of(given), members, datum_amsl_m, _word(given, "never_twice", ("no", "yes")) == "yes")
+    return Team(key_of(given), members, datum_amsl_m)
 
 
 def _word(given: Options, name: str, allowed: tuple[str, ...]) -> str:

@@ -82,7 +82,7 @@ class Together:
         """Of our layer, above home."""
         self.swarm = Swarm(
             self._onboard.now_us, team.key, system, members, flight.home[:2], lines,
-            never_twice=team.never_twice, swaths=[cells_in(swept(line, seen)) for line in lines],
+            swaths=[cells_in(swept(line, seen)) for line in lines],
         )  # fmt: skip
         self._labels = settings.perception.detector.labels
         self._seen = list[tuple[set[Cell], Sighting]]()
@@ -190,7 +190,8 @@ class Together:
         if not self.whole:
             return True
         now_us, sharing = self._onboard.now_us, self.swarm.sharing
-        stages = [(target, sharing.claim(now_us, target).stage) for target in sharing.targets()]
+        ours = (target for target in sharing.targets() if not sharing.beyond(target))
+        stages = [(target, sharing.claim(now_us, target).stage) for target in ours]
         theirs = (stage == Stage.FREE and self._can_serve(target) for target, stage in stages)
         unsettled = any(stage in (Stage.BID, Stage.ENGAGED) for _, stage in stages) or any(theirs)
         return self._carries and (unsettled or bool(self._costs))
@@ -287,7 +288,12 @@ class Together:
         if sharing.alone:
             raise Aborted(Reason.ALONE, "less than half of the others are heard")
         if self._engaged and sharing.serving(self._onboard.now_us) is None:
-            raise Aborted(Reason.PEER, "another aircraft serves the same area, or has")
+            raise Aborted(Reason.PEER, "another aircraft serves the same area, has, or may")
+
+    @property
+    def leaves_some(self) -> bool:
+        """Whether a target is left to those of whom we have lost touch."""
+        return any(map(self.swarm.sharing.beyond, self.swarm.sharing.targets()))
 
     @property
     def settled(self) -> bool:
@@ -312,6 +318,8 @@ class Together:
         self._withdraw(ours)
         self._places, scans = {}, self._next_line() is not None
         for target in self.swarm.sharing.targets():
+            if self.swarm.sharing.beyond(target):
+                continue
             found = [ours[key] for key in target.keys if key in ours]
             found = found if found or scans else self._of_others(target)
             if found and self.swarm.sharing.claim(self._onboard.now_us, target).stage != Stage.SERVED:

@@ -128,9 +128,8 @@ class Sky:
     """So many aircraft over an area with ponds."""
 
     def __init__(
-        self, count: int, area_m: Sequence[tuple[float, float]], ponds: Sequence[Polygon], loss: float, seed: int,
-        *, never_twice: bool = False,
-    ) -> None:  # fmt: skip
+        self, count: int, area_m: Sequence[tuple[float, float]], ponds: Sequence[Polygon], loss: float, seed: int
+    ) -> None:
         self.ponds = shapely.union_all(list(ponds))
         shapely.prepare(self.ponds)
         dice = random.Random(f"sky {seed}")
@@ -141,7 +140,7 @@ class Sky:
             for system, error in zip(self.systems, errors, strict=True)
         }
         key = key_of(Options({"swarm_seed": seed}))
-        team = Team(key, self.systems, AMSL_M, never_twice) if count > 1 else None
+        team = Team(key, self.systems, AMSL_M) if count > 1 else None
         corners = tuple(from_metres(*corner, *ORIGIN) for corner in area_m)
         settings = Settings(
             corners, (), Perception(Eye(), CONFIRMING), CAMERA, NADIR, Parcel(2.0, 0.045, 0.06), scan_altitude_m=15.0,

@@ -5,7 +5,7 @@ there.
 """
 
 import pytest
-from shapely import Point, box
+from shapely import Point, Polygon, box
 
 from sitl_emu.missions.companion.swarm.airspace import KEEP_M
 from sitl_emu.missions.disaster.settings import Settings
@@ -13,8 +13,10 @@ from tests.unit.companion_px4 import RETURN
 from tests.unit.disaster_sky import Flown, Sky
 
 AREA = [(0.0, 0.0), (70.0, 0.0), (70.0, 90.0), (0.0, 90.0)]
-BENT, APART = box(20, -5, 60, 5).union(box(20, -5, 28, 70)), box(50, 60, 62, 75)
-"""A pond that lies on the lines of all, so that nobody sees it whole, and one of its own."""
+BENT, APART, FIRST = box(20, -5, 60, 5).union(box(20, -5, 28, 70)), box(50, 60, 62, 75), box(50, 5, 62, 20)
+"""A pond that lies on the lines of all, so that nobody sees it whole, and two of their own, on the lines of the second
+and of the first of a pair.
+"""
 LIMIT_S = 500.0
 
 
@@ -39,14 +41,15 @@ def test_they_scan_all_and_serve_each_pond_once(count: int, loss: float) -> None
     assert flown.nearest_m >= KEEP_M
 
 
-def test_the_lines_of_who_dies_are_flown_by_the_other() -> None:
-    sky = Sky(2, AREA, [APART], 0.1, seed=5)
+def test_the_lines_of_who_dies_are_flown_by_the_other_which_serves_on_its_own_side() -> None:
+    sky = Sky(2, AREA, [APART, FIRST], 0.1, seed=5)
     assert sky.fly(60.0, then=lambda it: it.tells(2, "line_scanned"))
     sky.dead.add(2)
     assert sky.fly(LIMIT_S)
     flown = sky.flown()
     assert all_lines(flown) and len(flown.lines[2]) == 1
-    assert served(flown, APART) == [1] and flown.nearest_m >= KEEP_M
+    assert served(flown, APART, FIRST) == [0, 1] and flown.nearest_m >= KEEP_M
+    assert flown.outcomes[1] == "success"
 
 
 def test_the_lines_of_who_falls_and_talks_on_are_flown_by_the_other() -> None:
@@ -62,25 +65,27 @@ def test_the_lines_of_who_falls_and_talks_on_are_flown_by_the_other() -> None:
     assert flown.outcomes[1] == "success" and flown.outcomes[2].startswith("does not move")
 
 
-def test_what_a_dead_one_was_to_serve_is_served_by_the_other() -> None:
-    sky = Sky(2, AREA, [APART], 0.0, seed=6)
+def test_what_a_dead_one_of_three_was_to_serve_is_served_by_another() -> None:
+    sky = Sky(3, AREA, [APART], 0.0, seed=6)
     assert sky.fly(LIMIT_S, then=lambda it: it.tells(0, "phase", phase="engaging"))
     engaged = next(by for _, by, event in sky.events if event.data.get("phase") == "engaging")
     sky.dead.add(engaged)
     assert sky.fly(LIMIT_S)
     flown = sky.flown()
-    assert [by for by, *_ in flown.parcels] == [3 - engaged] and served(flown, APART) == [1]
+    assert [by for by, *_ in flown.parcels] != [engaged] and served(flown, APART) == [1]
     assert flown.nearest_m >= KEEP_M
 
 
-def test_of_two_whose_radio_dies_the_second_goes_home_where_nothing_may_be_served_twice() -> None:
-    sky = Sky(2, AREA, [BENT], 0.0, seed=7, never_twice=True)
-    sky.fly(20.0)
+@pytest.mark.parametrize(("ponds", "parcels"), [([FIRST, APART], [1, 1]), ([BENT], [0])])
+def test_two_whose_radio_dies_serve_on_their_own_sides_alone(ponds: list[Polygon], parcels: list[int]) -> None:
+    sky = Sky(2, AREA, ponds, 0.0, seed=7)
+    sky.fly(10.0)
     sky.mute |= {1, 2}
     assert sky.fly(LIMIT_S)
     flown = sky.flown()
-    assert all_lines(flown) and served(flown, BENT) == [1]
-    assert flown.outcomes[1] == "success" and flown.outcomes[2].startswith("aborted: out of touch")
+    assert all_lines(flown) and served(flown, *ponds) == parcels
+    told = set(flown.outcomes.values())
+    assert told == {"success"} if all(parcels) else all(one.startswith("aborted: out of touch") for one in told), told
 
 
 def test_who_is_brought_home_by_a_failsafe_is_kept_clear_of_and_its_lines_are_flown() -> None:

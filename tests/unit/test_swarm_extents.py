@@ -52,8 +52,8 @@ def linked(start: tuple[int, int], parts: dict[tuple[int, int], set[Cell]]) -> s
         found |= more
 
 
-def test_cells_of_an_area_are_those_that_it_has_something_of() -> None:
-    assert extents.cells_in(box(-1.0, 0.5, 3.0, 7.9)) == {(-1, 0), (-1, 1), (0, 0), (0, 1)}
+def test_cells_of_an_area_are_those_that_it_has_all_of() -> None:
+    assert extents.cells_in(box(-4.5, 0.0, 4.5, 11.9)) == {(-1, 0), (-1, 1), (0, 0), (0, 1)}
     assert extents.cell_of(-0.1, 4.0) == (-1, 1) and extents.cell_of(1e9, -1e9) == (1023, -1024)
 
 

@@ -36,8 +36,8 @@ class Served(NamedTuple):
 class Flyer:
     """An aircraft on rails, which scans its lines, sights places in passing, and serves what is its own."""
 
-    def __init__(self, system: int, members: list[int], places: list[Corner], seed: int, never_twice: bool) -> None:
-        self.sharing = Sharing(0, system, members, LINES, never_twice=never_twice)
+    def __init__(self, system: int, members: list[int], places: list[Corner], seed: int) -> None:
+        self.sharing = Sharing(0, system, members, LINES)
         self.system, self._places, self._dice = system, places, random.Random(f"flyer {seed} {system}")
         self.at: Corner = (0.0, -5.0 * system)
         self.owned: Target | None = None
@@ -114,7 +114,6 @@ class Work:
         fails: str = "",
         *,
         known: bool = False,
-        never_twice: bool = False,
         hidden: tuple[int, int] = (0, 0),
         end_us: int = END_US,
     ) -> None:
@@ -127,7 +126,7 @@ class Work:
             if all(math.dist(place, other) > 12.0 for other in places):
                 places.append(place)
         self.members = list(range(1, count + 1))
-        self.flyers = [Flyer(system, self.members, places, seed, never_twice) for system in self.members]
+        self.flyers = [Flyer(system, self.members, places, seed) for system in self.members]
         self.air, self.served = Air[bytes](loss, seed), list[Served]()
         self.failed, self.fails = self.flyers[dice.randrange(count)], fails
         self.fail_us = dice.randrange(1_000_000, 30_000_000)
@@ -221,15 +220,6 @@ def test_two_that_hear_each_other_through_others_alone_share_as_well(
     work = Work(count, loss, 4, fails, known=known, hidden=(1, 2))
     assert work.done and {one.place for one in work.served} == set(range(len(work.places)))
     assert twice(work) == [] and work.two_owners_us <= TWO_OWNERS_US
-
-
-@pytest.mark.parametrize("loss", [0.0, 0.3])
-def test_of_a_pair_that_must_never_serve_twice_one_goes_home_when_a_radio_fails(loss: float) -> None:
-    work = Work(2, loss, 3, "radio", never_twice=True, end_us=400_000_000)
-    first, second = (one.sharing for one in work.flyers)
-    assert second.alone and not first.alone and second.scan(work.now_us) == []
-    assert {one.place for one in work.served} == set(range(len(work.places))) and twice(work) == []
-    assert all(map(first.is_scanned, range(len(LINES))))
 
 
 def test_a_lost_member_that_is_heard_again_takes_part_again() -> None:

@@ -47,14 +47,14 @@ def cells_of(tile: Tile) -> list[Cell]:
 
 
 def cells_in(area: Geometry) -> frozenset[Cell]:
-    """The cells that an area (metres north and east of the origin) has something of."""
+    """The cells that an area (metres north and east of the origin) has all of."""
     south, west, north, east = (int(metres // CELL_M) for metres in area.bounds)
     within = prep(area)
     return frozenset(
         (row, column)
         for row in range(south, north + 1)
         for column in range(west, east + 1)
-        if within.intersects(box(row * CELL_M, column * CELL_M, (row + 1) * CELL_M, (column + 1) * CELL_M))
+        if within.contains(box(row * CELL_M, column * CELL_M, (row + 1) * CELL_M, (column + 1) * CELL_M))
     )
 
 
@@ -99,7 +99,7 @@ def reached(start: Collection[Cell], through: Collection[Cell]) -> set[Cell]:
 
 
 def unknown(swaths: Sequence[Collection[Cell]], scanned: Collection[int]) -> set[Cell]:
-    """The cells that only lines see which nobody has scanned. `swaths`: of each line the cells that it sees."""
+    """The cells that only lines see which nobody has scanned. `swaths`: of each line the cells of which it sees all."""
     left = {cell for number, swath in enumerate(swaths) if number not in scanned for cell in swath}
     for number in scanned:
         left.difference_update(swaths[number])

@@ -7,9 +7,10 @@ claims that are being settled more often. So what one has missed comes again, fr
 **Who is there**: a member that was silent for `LOST_AFTER_US`, to us and to those whom we hear, or says that it is out,
 is lost: its lines and claims go to the others. An aircraft that has heard less than half of its group for
 `ALONE_AFTER_US` has lost its own radio, as far as it can tell; as the others are about to take its work over, it shares
-no more of it (`alone`), and should go home. Of a pair, or of two halves, neither can tell: both go on, and what both
-see may be served twice, so look whether somebody was there before. With `never_twice` the half with the lowest system
-goes on alone, and where that one was lost, nobody does. A lost member that comes back takes part again.
+no more of it (`alone`), and should go home. Of a pair, or of two halves, neither can tell: both go on, and each scans
+all, but serves on its own side alone: nothing that reaches, or may reach, to where lines of the others see (`beyond`).
+So what lies there is left to those who may be dead; without `swaths` sides are unknown, and what both see may be served
+twice. A lost member that comes back takes part again.
 
 **Areas**: where `swaths` say which cells of the ground each line sees, all that is sighted is an area, told by its
 extent. While it may yet turn out to be one with another that somebody has claimed (`extents.py`), nobody begins to
@@ -24,6 +25,7 @@ believed to have delivered, and the target is served again.
 """
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
 
 from sitl_emu.missions.companion.coverage import Line
 from sitl_emu.missions.companion.swarm import extents
@@ -62,6 +64,14 @@ GROUP_AFTER_US = 15_000_000
 """Later than that, so that a radio that fails is not taken for the others dying one by one."""
 
 
+class Reach(NamedTuple):
+    """How far a target reaches."""
+
+    cells: set[extents.Cell]
+    within: set[extents.Cell]
+    """Where it may turn out to reach, too: through ground that nobody has scanned."""
+
+
 class Sharing:
     """What one aircraft knows of the common work."""
 
@@ -72,26 +82,29 @@ class Sharing:
         members: Collection[int],
         lines: Sequence[Line] = (),
         *,
-        never_twice: bool = False,
         swaths: Sequence[Collection[extents.Cell]] = (),
     ) -> None:
         """`members`: the systems of all, ours among them; each counts as there until it has been silent for long.
 
-        `swaths`: of each line the cells that are seen from it, where targets are areas.
+        `swaths`: of each line the cells of which all is seen from it, where targets are areas.
         """
         self.system, self.members = system, frozenset(members)
         self.states = dict[int, State]()
         """What each other has said of itself last."""
         self.alone = False
         self.lines = lines
-        self._never_twice, self._swaths = never_twice, swaths
+        self._swaths = swaths
         self._scanned = 0
         self._sightings = dict[Key, Sighting]()
         self._claims = Claims(system)
         self._tiles = dict[tuple[Key, int, int], int]()
         self._targets: list[Target] | None = []
-        self._perhaps: dict[Key, set[Key]] | None = {}
-        """Of each target those that may turn out to be one with it; None: to be worked out anew."""
+        self._reaches: dict[Key, Reach] | None = {}
+        """How far each target reaches; None: to be worked out anew."""
+        self._apart = set[int]()
+        """Who fell silent when no more than as many were left: dead, or at work without us."""
+        self._beyond = frozenset[extents.Cell]()
+        """What is seen from the lines that were theirs then."""
         self._group = set(self.members)
         self._heard_us = dict.fromkeys(self.members - {system}, now_us)
         self._stamps_us = dict[int, int]()
@@ -132,8 +145,9 @@ class Sharing:
         out = {other for other, state in self.states.items() if state.doing == Doing.OUT}
         group = (self._group | self._reached(now_us, LOST_AFTER_US)) - out
         heard = group & self._reached(now_us, ALONE_AFTER_US)
-        decides = self._never_twice and min(group) not in heard
-        self.alone = 2 * len(heard) < len(group) + decides
+        self.alone = 2 * len(heard) < len(group)
+        apart = self._apart | (group - heard if 2 * len(heard) == len(group) else set())
+        self._part(apart - out - self._reached(now_us, ALONE_AFTER_US), group)
         self._group = group if self.alone else group & self._reached(now_us, GROUP_AFTER_US)
         if self.alone:
             self.give_up(now_us)
@@ -299,39 +313,54 @@ class Sharing:
         known = self._sightings.get(sighting.key)
         if known is None or sighting.revision > known.revision:
             self._sightings[sighting.key] = sighting
-            self._targets = self._perhaps = None
+            self._targets = self._reaches = None
 
     def _reach(self, tile: Tile) -> None:
         name = tile.key, tile.row, tile.column
         known = self._tiles.get(name, 0)
         if tile.cells & ~known:
             self._tiles[name] = known | tile.cells
-            self._targets = self._perhaps = None
+            self._targets = self._reaches = None
 
     def _cover(self, lines: int) -> None:
         if lines & ~self._scanned:
             self._scanned |= lines
-            self._perhaps = None
+            self._reaches = None
+
+    def _part(self, apart: set[int], group: set[int]) -> None:
+        """Take note of who is apart from us; `group`: of all who were there before."""
+        if apart != self._apart:
+            divided = shares(self.lines, self.members, group | apart)
+            theirs = [number for one in apart for number in divided[one] if number < len(self._swaths)]
+            self._apart, self._beyond = apart, frozenset(cell for number in theirs for cell in self._swaths[number])
+
+    def beyond(self, target: Target) -> bool:
+        """Whether a target reaches to where lines of those see who are apart from us: theirs, if they live."""
+        return not self._beyond.isdisjoint(self._reach_of()[target.key].cells)
 
     def _gives_way(self, now_us: int, target: Target) -> bool:
-        """Whether a target may turn out to be one with another, whose claim counts for more."""
-        perhaps = self._may_be_one().get(target.key, ())
+        """Whether a target may turn out to be beyond, or one with another, whose claim counts for more."""
+        reach = self._reach_of()
+        within = reach[target.key].within
+        if not self._beyond.isdisjoint(within):
+            return True
         claim = self._claims.join(now_us, target.keys)
-        others = (self._claims.join(now_us, one.keys) for one in self.targets() if one.key in perhaps)
-        return any(other.stage != Stage.FREE and _counts(other) > _counts(claim) for other in others)
+        others = [one for one in self.targets() if one.label == target.label and one.key != target.key]
+        perhaps = (one for one in others if not within.isdisjoint(reach[one.key].cells))
+        claims = (self._claims.join(now_us, one.keys) for one in perhaps)
+        return any(other.stage != Stage.FREE and _counts(other) > _counts(claim) for other in claims)
 
-    def _may_be_one(self) -> dict[Key, set[Key]]:
-        if self._perhaps is None:
-            self._perhaps = {}
+    def _reach_of(self) -> dict[Key, Reach]:
+        if self._reaches is None:
             scanned = [number for number in range(len(self._swaths)) if self.is_scanned(number)]
             unknown = extents.unknown(self._swaths, scanned)
             cells = {target.key: self._cells(target) for target in self.targets()}
-            for target in self.targets() if unknown else ():
-                others = [one for one in self.targets() if one.label == target.label and one.key != target.key]
-                through = unknown.union(*(cells[one.key] for one in others))
-                within = extents.reached(cells[target.key], through)
-                self._perhaps[target.key] = {one.key for one in others if not within.isdisjoint(cells[one.key])}
-        return self._perhaps
+            self._reaches = {}
+            for target in self.targets():
+                others = [cells[one.key] for one in self.targets() if one.label == target.label and one is not target]
+                within = extents.reached(cells[target.key], unknown.union(*others)) if unknown else cells[target.key]
+                self._reaches[target.key] = Reach(cells[target.key], within)
+        return self._reaches
 
     def _cells(self, target: Target) -> set[extents.Cell]:
         tiles = [Tile(*name, cells) for name, cells in self._tiles.items() if name[0] in target.keys]

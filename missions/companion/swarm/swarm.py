@@ -35,16 +35,15 @@ class Swarm:
         origin: tuple[float, float],
         lines: Sequence[Line] = (),
         *,
-        never_twice: bool = False,
         swaths: Sequence[Collection[Cell]] = (),
     ) -> None:
         """`members`: the systems of all, ours among them. `origin`: latitude and longitude near by, in degrees.
 
-        `lines`, `never_twice`, `swaths`: see `Sharing`.
+        `lines`, `swaths`: see `Sharing`.
         """
         self.system = system
         self.seal = Seal(key, frozenset(members))
-        self.sharing = Sharing(now_us, system, members, lines, never_twice=never_twice, swaths=swaths)
+        self.sharing = Sharing(now_us, system, members, lines, swaths=swaths)
         self.airspace = Airspace(system, members)
         self._origin = origin
 
