@@ -180,13 +180,13 @@ class Imu:
 class Magnetometer:
     """White noise per axis of one sample (gauss), hard-iron bias left after calibration, rate.
 
-    A sample is up to `late_ticks` of 4 ms late, any number of them alike.
+    Of its samples a share comes a tick of 4 ms late.
     """
 
     noise_gauss: Annotated[Vector3, Limits(0.0)]
     rate_hz: Annotated[float, Limits(1.0, 250.0)]
     bias_gauss: Annotated[float, Limits(0.0)] = 0.0
-    late_ticks: Annotated[int, Limits(0, 10)] = 0
+    late_share: Annotated[float, Limits(0.0, 1.0)] = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ class Magnetometer:
         draw = self._draw = normals(seed, name, "magnetometer")
         self._bias = (data.bias_gauss * draw(), data.bias_gauss * draw(), data.bias_gauss * draw())
         self._noise = data.noise_gauss
-        self._most_late_ticks, self._late = data.late_ticks, generator(seed, name, "magnetometer", "late")
+        self._late_share, self._late = data.late_share, generator(seed, name, "magnetometer", "late")
         self.offset_gauss = (0.0, 0.0, 0.0)
         """PX4's SIM_MAG_OFFSET_X, _Y, _Z."""
         horizontal = field.strength_gauss * math.cos(field.inclination_rad)
@@ -26,9 +26,9 @@ class Magnetometer:
             field.strength_gauss * math.sin(field.inclination_rad),
         )
 
-    def late_ticks(self) -> int:
-        """How late the next sample will be."""
-        return int(self._late.integers(self._most_late_ticks, endpoint=True)) if self._most_late_ticks else 0
+    def is_late(self) -> bool:
+        """Whether the next sample will come a tick late."""
+        return self._late_share > 0.0 and self._late.random() < self._late_share
 
     def read(self, attitude: Quaternion) -> tuple[float, float, float]:
         """Field along body x, y, z, gauss."""
