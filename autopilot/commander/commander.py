@@ -146,6 +146,7 @@ class Commander:
         self._publish_vehicle_status(now_us)
         result = self._handlers.handle(now_us, command)
         self._checks_due_us = 0
+        self._published = ()  # whatever has come of it, PX4 tells its status after a command: that wakes the navigator
         self._publish_vehicle_status(now_us)
         return None if result is None else CommandResult(result)
 

@@ -1,7 +1,6 @@
 """Precision landing: onto the target where one is seen, and what happens where none is."""
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -72,10 +71,14 @@ def test_the_setpoint_moves_to_the_target_no_faster_than_the_vehicle_may() -> No
         current = rig.topics.position_setpoint_triplet.current
         if current.type == SetpointType.POSITION and (not places or current.timestamp > places[-1][0]):
             places.append((current.timestamp, PLACE.project(current.lat, current.lon)[0]))
-    steps = [(then - now, (there - here) * 1e6 / (then - now)) for (now, here), (then, there) in pairwise(places)]
-    speeds = [speed for _, speed in steps]
+    # over a second: each run of the navigator moves it by 50 ms' worth, and here they come every 40 or 80 ms
+    speeds = [
+        (there - here) * 1e6 / (then - now)
+        for number, (now, here) in enumerate(places)
+        for then, there in [later for later in places[number:] if later[0] - now >= 1_000_000][:1]
+    ]
     assert max(speeds) == pytest.approx(2.0, abs=0.2)
-    assert speeds[2] < 0.5
+    assert speeds[0] < 1.0
     assert max(north for _, north in places) < 14.05
     assert places[-1][1] == pytest.approx(14.0, abs=0.2)
 
