@@ -8,7 +8,7 @@ import pytest
 
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.missions.companion.area import Corner
-from sitl_emu.missions.companion.coverage import Footprint, lawnmower, polygon
+from sitl_emu.missions.companion.coverage import Footprint, Line, lawnmower, polygon
 from sitl_emu.missions.companion.swarm.records import Doing, Sighting, Stage, State, parsed
 from sitl_emu.missions.companion.swarm.sharing import IN_TOUCH_US, Sharing
 from sitl_emu.missions.companion.swarm.targets import Target
@@ -233,6 +233,37 @@ def test_a_lost_member_that_is_heard_again_takes_part_again() -> None:
     one.hear(11_500_000, 2, 11_000_000, parsed(content) or [])
     one.step(11_500_000)
     assert one.scan(11_500_000) == before and one.states[2].lat_deg == pytest.approx(HOME[0])
+
+
+def test_of_two_that_hear_each_other_no_more_each_serves_on_its_own_side_until_they_do() -> None:
+    """Two lines of cells side by side, the middle column seen from both; areas on either side, and one across."""
+    lines = [((0.0, 10.0), (20.0, 10.0)), ((20.0, 22.0), (0.0, 22.0))]
+    swaths = [{(row, column) for row in range(5) for column in columns} for columns in (range(5), range(4, 9))]
+    one, two = (Sharing(0, system, [1, 2], [Line(*line) for line in lines], swaths=swaths) for system in (1, 2))
+    for number, column in enumerate((1, 4, 7)):
+        for sharing in (one, two):
+            seen = Sighting((0, 0), 0, 1, 0.9, *from_metres(0.0, 4.0 * column, *HOME), 490.0, 1.0, 1.0, 0.0)
+            sharing.see(number, seen, {(2, column)})
+    for number in range(2):
+        one.scanned(number)
+        two.scanned(number)
+
+    def beyond(sharing: Sharing) -> list[bool]:
+        return [sharing.beyond(target) for target in sharing.targets()]
+
+    for sharing in (one, two):
+        sharing.step(7_000_000)
+    assert beyond(one) == beyond(two) == [False, False, False]
+    for sharing in (one, two):
+        sharing.step(12_000_000)
+    assert (beyond(one), beyond(two)) == ([False, True, True], [True, True, False])
+    costs_s = {target.key: 1.0 for target in one.targets()[1:]}
+    assert one.want(12_000_000, costs_s) is None and all(
+        one.claim(12_000_000, target).stage == Stage.FREE for target in one.targets()
+    )
+    one.hear(13_000_000, 2, 1, [State(Doing.SCANNING, *HOME, 500.0, 0.0, 0.0, 0.0)])
+    one.step(13_000_000)
+    assert beyond(one) == [False, False, False]
 
 
 def test_who_says_that_it_is_out_leaves_its_work_at_once() -> None:
