@@ -35,7 +35,10 @@ class ControlChannel:
     """One end of a control channel."""
 
     def __init__(self, opened: socket.socket, other: str, hung_after_s: float = BARRIER_LIMIT_S) -> None:
-        """`other`: what the process at the other end is called, for people."""
+        """`other`: what the process at the other end is called, for people.
+
+        Silent, and without having used the CPU, for `hung_after_s` of wall time it counts as hung.
+        """
         self.other, self._hung_after_s = other, hung_after_s
         self._socket = opened
         self._buffer = bytearray()
