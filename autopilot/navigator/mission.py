@@ -36,7 +36,7 @@ from sitl_emu.autopilot.navigator.mission_block import (
     tell_command,
     tell_item,
 )
-from sitl_emu.autopilot.navigator.mission_commands import DO_CHANGE_SPEED, MissionCommands
+from sitl_emu.autopilot.navigator.mission_commands import DO_CHANGE_SPEED, MissionCommands, change_speed, raw_command_of
 from sitl_emu.autopilot.navigator.mission_feasibility import is_feasible
 from sitl_emu.autopilot.navigator.mission_jumps import Jumps
 from sitl_emu.autopilot.navigator.mission_legs import (
@@ -237,6 +237,9 @@ class Mission:
         state.cruising_speed_m_s = -1.0
         if not self._speed_waits:
             self.replay_speed()
+        if self._target is not None and self._target.command == DO_CHANGE_SPEED:
+            # The first item's command; PX4's navigator obeys it in its next cycle, so after this reset.
+            change_speed(state, raw_command_of(self.items[state.dataman.current_seq]))
 
     def on_active(self) -> None:
         """Every cycle in MISSION."""

@@ -35,15 +35,15 @@ class MissionCommands:
         """An item without a place."""
         state = self._state
         if item.command in OBEYED:
-            state.command(_raw_command_of(item))
+            state.command(raw_command_of(item))
         elif item.command in PAYLOAD_COMMANDS:
-            self._payload.issue(_raw_command_of(item))
+            self._payload.issue(raw_command_of(item))
         elif item.command in ROI_COMMANDS:
             command = _roi_command_of(item, state.home_alt_m())
             self._roi.take(command)
             state.tell(command)
         elif item.command not in (DO_LAND_START, GATE):
-            command = _raw_command_of(item)
+            command = raw_command_of(item)
             if item.command == DO_CHANGE_SPEED:
                 change_speed(state, command)
             state.tell(command)
@@ -62,7 +62,7 @@ def change_speed(state: NavigatorState, command: VehicleCommand) -> None:
 
 def _roi_command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
     """A location has its place; of other regions of interest it is dropped."""
-    command = _raw_command_of(item)
+    command = raw_command_of(item)
     if item.command == mavlink.MAV_CMD_NAV_ROI:
         return command._replace(command=mavlink.MAV_CMD_DO_SET_ROI)
     if item.command != mavlink.MAV_CMD_DO_SET_ROI_LOCATION:
@@ -71,7 +71,7 @@ def _roi_command_of(item: MissionItem, home_alt_m: float) -> VehicleCommand:
     return command._replace(param5=item.lat_deg, param6=item.lon_deg, param7=alt_m)
 
 
-def _raw_command_of(item: MissionItem) -> VehicleCommand:
+def raw_command_of(item: MissionItem) -> VehicleCommand:
     """All seven parameters as they came in MAV_FRAME_MISSION; in a global frame PX4 has put x and y elsewhere.
 
     x and y are whole numbers, DO_SET_HOME's too, which so sets home to whole degrees.

@@ -6,8 +6,8 @@ where there is none lands where the vehicle is. 2 follows the mission to its lan
 it and home; 4 does what is less by the count of items. Without a mission that can be flown both go straight home.
 
 The height is RTL_RETURN_ALT above the destination; with RTL_CONE_ANG less within RTL_MIN_DIST, and twice the distance
-within NAV_ACC_RAD; it is never less than the present one. That of a landing pattern stays what it was when the pattern
-was chosen, as PX4 works it out then alone (RTL::initRtlMissionType).
+within NAV_ACC_RAD; it is never less than the present one, but for a low RTL_RETURN_ALT. That of a landing pattern
+stays what it was when the pattern was chosen, as PX4 works it out then alone (RTL::initRtlMissionType).
 """
 
 import math
@@ -171,7 +171,10 @@ class Rtl:
                     half_angle = math.radians(min(max(settings.rtl_cone_ang_deg, 1.0), 89.0))
                     height_m = min(height_m, away_m / math.tan(half_angle))
                 height_m = max(height_m, 2.0 * settings.nav_acc_rad_m)
-            height_m = min(height_m, settings.rtl_return_alt_m)
+            if destination.alt_m + height_m >= state.position.alt:
+                # Over RTL_RETURN_ALT, but lower than this, it comes down to it: math::constrain looks at the upper
+                # bound last, and here that may be the lower one.
+                return destination.alt_m + min(height_m, settings.rtl_return_alt_m)
         return max(destination.alt_m + height_m, state.position.alt)
 
 

@@ -236,6 +236,14 @@ def test_a_ground_speed_alone_changes_the_leg_that_is_flown(kind: float, flown: 
     assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == 3.0
 
 
+def test_a_mission_that_begins_with_a_speed_is_driven_at_it() -> None:
+    """MissionBase::on_activation forgets the speed of before; the first item's is obeyed in the next cycle."""
+    rover = started(item(SPEED, 0, 0, 0, 1, 1.2, -1), item(WAYPOINT, 20, 0), item(WAYPOINT, 20, 20), rover=True)
+    run_until(rover, 0)
+    rover.run(0.2)
+    assert rover.topics.position_setpoint_triplet.current.cruising_speed == pytest.approx(1.2)
+
+
 def test_a_mission_may_disarm_and_tune() -> None:
     """MissionBlock::issue_command: the modules obey as they would the ground."""
     tune = item(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE, 0, 0, 0, 1.0)

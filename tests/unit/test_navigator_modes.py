@@ -158,6 +158,8 @@ def test_land_ends_in_hold_disarmed() -> None:
         (18.0, 10.0, {"RTL_MIN_DIST": 20.0, "RTL_CONE_ANG": 40}, 22),
         (8.0, 10.0, {}, 16),
         (8.0, 10.0, {"RTL_CONE_ANG": 0}, 30),
+        (50.0, 5.0, {"RTL_RETURN_ALT": 4.0}, 4),
+        (50.0, 5.0, {"RTL_RETURN_ALT": 4.0, "RTL_CONE_ANG": 0}, 5),
     ],
 )
 def test_return_height(north: float, up: float, parameters: dict[str, float], return_up: int) -> None:
