@@ -2,6 +2,7 @@
 
 import math
 
+from sitl_emu.autopilot.commands.vehicle_commands import nearest
 from sitl_emu.autopilot.navigator.mission_block import GATE, RELATIVE_FRAMES, RETURN_TO_LAUNCH
 from sitl_emu.autopilot.navigator.mission_legs import DO_LAND_START
 from sitl_emu.autopilot.navigator.payload import PAYLOAD_COMMANDS, Payload
@@ -56,7 +57,7 @@ def change_speed(state: NavigatorState, command: VehicleCommand) -> None:
     """
     is_speed = math.isfinite(command.param2) and command.param2 > 0.0
     state.cruising_speed_m_s = command.param2 if is_speed else -1.0
-    if is_speed and math.isfinite(command.param1) and round(command.param1) == GROUND_SPEED:
+    if is_speed and nearest(command.param1) == GROUND_SPEED:
         state.fly_at_cruising_speed()
 
 

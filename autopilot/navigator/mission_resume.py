@@ -8,6 +8,7 @@ goes back to the place before the one that it was left at, so that none is missi
 
 from collections.abc import Sequence
 
+from sitl_emu.autopilot.commands.vehicle_commands import nearest
 from sitl_emu.autopilot.navigator.mission_block import WITH_POSITION
 from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.core import dialect as mavlink
@@ -69,5 +70,5 @@ def takes_pictures(item: MissionItem | None) -> bool:
     """Whether pictures are taken after this item of a camera trigger."""
     if item is None:
         return False
-    starts = item.command == TRIGGER_CONTROL and round(item.param1) == 1
+    starts = item.command == TRIGGER_CONTROL and nearest(item.param1) == 1
     return starts or item.command == IMAGE_START or (item.command == TRIGGER_DISTANCE and item.param1 > 0.0)

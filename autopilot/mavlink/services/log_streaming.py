@@ -20,6 +20,7 @@ from sitl_emu.autopilot.commands.vehicle_commands import (
     MAV_RESULT_UNSUPPORTED,
     CommandResult,
     answer_later,
+    nearest,
     tell,
 )
 from sitl_emu.autopilot.constants import Severity
@@ -99,7 +100,7 @@ class LogStreaming:
             logger.end_stream()
             self._link = None
             return [CommandResult(MAV_RESULT_IN_PROGRESS), CommandResult(MAV_RESULT_ACCEPTED)]
-        if not -1.5 < command.param1 < 0.5:
+        if nearest(command.param1) != 0:
             return [CommandResult(MAV_RESULT_UNSUPPORTED)]
         if not logger.can_stream:
             return [CommandResult(MAV_RESULT_TEMPORARILY_REJECTED)]
