@@ -127,8 +127,12 @@ def test_a_fence_keeps_the_number_of_other_items_that_lies_where_a_circles_radiu
     assert found.param1 == kept
 
 
-@pytest.mark.parametrize(("asked", "kept"), [(-90.0, 270.0), (400.0, 40.0), (math.nan, math.nan), (math.inf, math.nan)])
+@pytest.mark.parametrize(
+    ("asked", "kept"),
+    [(-90.0, 270.0), (400.0, 39.9999886), (1.0, 0.99999994), (math.nan, math.nan), (math.inf, math.nan)],
+)
 def test_a_heading_is_kept_within_a_turn(asked: float, kept: float) -> None:
+    """In radians, as a float32."""
     found, _ = parsed(number("NAV_WAYPOINT"), RELATIVE_INT, param4=asked)
     assert found is not None
-    assert found.param4 == pytest.approx(kept, nan_ok=True)
+    assert found.param4 == pytest.approx(kept, rel=1e-8, nan_ok=True)

@@ -17,7 +17,7 @@ from sitl_emu.autopilot.mavlink.command_params import used_params
 from sitl_emu.autopilot.storage.dataman import FENCE, MISSION, MissionItem
 from sitl_emu.autopilot.vehicle_kind import Traits
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.c_types import float32, integer, rounded
+from sitl_emu.core.c_types import float32, integer, product, rounded
 
 ACCEPTED: int = mavlink.MAV_MISSION_ACCEPTED
 ERROR: int = mavlink.MAV_MISSION_ERROR
@@ -45,6 +45,8 @@ POLYGONS = frozenset(
     (mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION)
 )
 SMALLEST_POLYGON = 3
+TURN_RAD = float32(2.0 * math.pi)
+RADIANS, DEGREES = float32(float32(math.pi) / 180.0), float32(180.0 / float32(math.pi))
 KEPT_IN_FENCE = items_where(lambda item: item.plan == FENCE) | {mavlink.MAV_CMD_NAV_WAYPOINT, LOITER_TIME, LAND}
 """A fence keeps one parameter, where a circle has its radius; these commands come back with it."""
 NOT_GIVEN = (0x7FFFFFFF, -0x80000000)
@@ -161,10 +163,19 @@ def _kept_params(message: Any, in_global: bool, is_fence: bool) -> tuple[float, 
         first, fourth = float(first > 0.0), float(fourth > 0.0)
     elif item.heading:
         second = float(integer("H", second)) if command == LAND else second
-        fourth = _wrapped(fourth)
+        fourth = _heading(fourth)
     return first, second, third, fourth
 
 
-def _wrapped(degrees: float) -> float:
-    """A heading within 0 and 360; none, as NaN, of what is infinite (matrix::wrap_2pi)."""
-    return degrees if 0.0 <= degrees < 360.0 else degrees % 360.0
+def _heading(degrees: float) -> float:
+    """A heading within 0 and 360, as it comes back from the float32 in radians that PX4 keeps; NaN of what is none.
+
+    So 1 degree is 0.9999999 (matrix::wrap_2pi, math::radians and math::degrees).
+    """
+    radians = product(degrees, RADIANS)
+    if not math.isfinite(radians):
+        return math.nan
+    if not 0.0 <= radians < TURN_RAD:
+        turns = math.floor(product(radians, 1.0 / TURN_RAD))
+        radians = float32(radians - product(TURN_RAD, turns))
+    return product(radians, DEGREES)
