@@ -7,6 +7,11 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_VIBRATION
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """Once per vehicle_imu_status."""
+    return context.topics.vehicle_imu_status.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields:
     """Coning, gyro and accelerometer metrics; nothing clips in simulation."""
     imu = context.topics.vehicle_imu_status
