@@ -305,7 +305,7 @@ def test_every_stream_can_be_requested(name: str) -> None:
     assert ack.result == (DENIED if name in NOT_YET | OF_PAYLOADS | OF_SERVICES else ACCEPTED)
 
 
-@pytest.mark.parametrize(("number", "name"), [(24, "GPS_RAW_INT"), (29, "SCALED_PRESSURE")])
+@pytest.mark.parametrize(("number", "name"), [(24, "GPS_RAW_INT"), (29, "SCALED_PRESSURE"), (241, "VIBRATION")])
 def test_a_message_without_anything_new_is_denied(number: int, name: str) -> None:
     """As from PX4, whose stream sends a fix, or a sample, once."""
     peer = Peer()
