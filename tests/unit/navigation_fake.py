@@ -242,6 +242,13 @@ def item(command: int, north_m: float = 0.0, east_m: float = 0.0, up_m: float = 
     return MissionItem(0, 6, command, 1, p1, p2, p3, p4, round(lat * 1e7), round(lon * 1e7), up_m)
 
 
+def ready() -> FakeVehicle:
+    """On the ground, booted: it may be armed."""
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    return vehicle
+
+
 def flying(up_m: float = 10.0, **parameters: float) -> FakeVehicle:
     """In HOLD, with texts and modes forgotten."""
     vehicle = FakeVehicle(**parameters)

@@ -13,7 +13,7 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 
-from .navigation_fake import STEP_US, FakeVehicle, item
+from .navigation_fake import STEP_US, FakeVehicle, item, ready
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
 UNINIT, STANDBY, ACTIVE, CRITICAL, FLIGHT_TERMINATION = 0, 3, 4, 5, 8
@@ -23,9 +23,7 @@ PREARM_BIT = 0x10000000
 
 @pytest.fixture
 def vehicle() -> FakeVehicle:
-    ready = FakeVehicle()
-    ready.run(3.0)
-    return ready
+    return ready()
 
 
 def test_boots_in_hold_silently_and_becomes_ready() -> None:

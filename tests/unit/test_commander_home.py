@@ -8,16 +8,14 @@ from sitl_emu.autopilot.commander.home_altitude import HomeAltitude
 from sitl_emu.autopilot.topics import HomePosition, SensorGps, VehicleAirData, VehicleGlobalPosition
 from sitl_emu.core import dialect as mavlink
 
-from .navigation_fake import FakeVehicle, item
+from .navigation_fake import FakeVehicle, item, ready
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED = range(3)
 
 
 @pytest.fixture
 def vehicle() -> FakeVehicle:
-    ready = FakeVehicle()
-    ready.run(3.0)
-    return ready
+    return ready()
 
 
 def test_home_is_set_at_the_first_position_and_again_at_arming(vehicle: FakeVehicle) -> None:

@@ -10,7 +10,7 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
 
-from .navigation_fake import HOME_ALT, PLACE, FakeVehicle
+from .navigation_fake import HOME_ALT, PLACE, FakeVehicle, ready
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED = range(3)
 UNINIT = 0
@@ -18,9 +18,7 @@ UNINIT = 0
 
 @pytest.fixture
 def vehicle() -> FakeVehicle:
-    ready = FakeVehicle()
-    ready.run(3.0)
-    return ready
+    return ready()
 
 
 @pytest.mark.parametrize(("main", "sub"), [(1, 0), (2, 0), (3, 0), (4, 4), (4, 5), (4, 6), (5, 0), (6, 0), (7, 0)])

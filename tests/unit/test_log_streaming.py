@@ -130,9 +130,8 @@ def test_a_second_stream_is_rejected_and_an_unknown_format_is_unsupported() -> N
     rig = Rig()
     for param1 in (1.0, -1.0, 0.5):
         assert results(rig.command(START, param1)) == [(START, UNSUPPORTED)]
-    rig.define(
-        rig.command(START, float("nan"))
-    )  # lroundf's LONG_MIN, cut to an int, is 0: Logger::handle_vehicle_command_update
+    nan = float("nan")  # lroundf's LONG_MIN, cut to an int, is 0 (Logger::handle_vehicle_command_update)
+    rig.define(rig.command(START, nan))
     assert results(rig.command(START, link=ONBOARD)) == [(START, REJECTED)]
     assert only(rig.run(1.0), "LOGGING_DATA"), "the first one goes on"
     assert results(rig.command(STOP)) == [(STOP, IN_PROGRESS)]

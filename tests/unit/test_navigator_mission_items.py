@@ -271,53 +271,6 @@ def test_gimbal_and_winch_are_given_their_time(command: int, param1: float) -> N
     assert vehicle.reached[-1] == 1
 
 
-@pytest.mark.parametrize(("gimbal_looks", "reached"), [(0, [-1, 1, 2]), (1, [-1, 1])])
-def test_a_waypoint_looks_at_the_region_of_interest_whatever_yaw_it_has(gimbal_looks: int, reached: list[int]) -> None:
-    """MissionBase::heading_sp_update; the fake looks north and never turns. With MIS_MNT_YAW_CTL a gimbal looks."""
-    roi = item(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 400, 0, 0)
-    east = item(WAYPOINT, 40, 0, 8, 0.0, 0.0, 0.0, 90.0)
-    vehicle = started(item(TAKEOFF, 0, 0, 8), roi, east, MIS_MNT_YAW_CTL=gimbal_looks)
-    vehicle.run(25.0)
-    assert vehicle.reached == reached
-
-
-def test_a_takeoffs_place_looks_at_it_too_once_the_vehicle_is_above_it() -> None:
-    """Mission::handleTakeoff makes a waypoint of it, which waits for its heading; the fake looks north."""
-    vehicle = started(item(ROI_LOCATION, 0, 400, 0), item(TAKEOFF, 0, 0, 30), item(WAYPOINT, 40, 0, 30))
-    vehicle.run(5.0)
-    assert math.isnan(vehicle.topics.position_setpoint_triplet.current.yaw)
-    vehicle.run(20.0)
-    assert vehicle.topics.position_setpoint_triplet.current.yaw == pytest.approx(math.radians(90.0), abs=0.01)
-    assert vehicle.reached[-1] == 0
-    vehicle.turned = math.radians(90.0)
-    run_until(vehicle, 2)
-
-
-def test_a_mission_forgets_the_region_of_interest_of_before() -> None:
-    """MissionBase::update_mission; gimbals do not."""
-    vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 80, 0, 8, 0.0, 0.0, 0.0, 90.0))
-    vehicle.run(6.0)
-    vehicle.command(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 0, 0, 0, 0, *PLACE.reproject(4000, 0), 0.0)
-    vehicle.run(1.0)
-    assert vehicle.topics.position_setpoint_triplet.current.yaw == pytest.approx(0.0, abs=0.01)
-    vehicle.set_mode(4, 3)
-    vehicle.run(1.0)
-    vehicle.set_mode(4, 4)
-    vehicle.run(1.0)
-    assert vehicle.topics.position_setpoint_triplet.current.yaw == pytest.approx(math.radians(90.0))
-    assert vehicle.topics.vehicle_roi.mode == 3
-
-
-def test_a_region_of_interest_in_a_mission() -> None:
-    roi = item(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 20, 20, 0)
-    vehicle = started(item(TAKEOFF, 0, 0, 8), roi, item(WAYPOINT, 40, 0, 8))
-    run_until(vehicle, 1)
-    assert vehicle.topics.vehicle_roi.mode == 3
-    lat, lon = PLACE.reproject(20, 20)
-    assert vehicle.topics.vehicle_roi.lat == pytest.approx(lat, abs=1e-6)
-    assert vehicle.topics.vehicle_roi.lon == pytest.approx(lon, abs=1e-6)
-
-
 def test_relative_altitudes_follow_home() -> None:
     """MissionBase::updateMissionAltAfterHomeChanged."""
     vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8), item(WAYPOINT, 200, 0, 10), item(LAND, 200, 0))

@@ -46,7 +46,7 @@ POLYGONS = frozenset(
 )
 SMALLEST_POLYGON = 3
 TURN_RAD = float32(2.0 * math.pi)
-RADIANS, DEGREES = float32(float32(math.pi) / 180.0), float32(180.0 / float32(math.pi))
+RAD_PER_DEG, DEG_PER_RAD = float32(float32(math.pi) / 180.0), float32(180.0 / float32(math.pi))
 KEPT_IN_FENCE = items_where(lambda item: item.plan == FENCE) | {mavlink.MAV_CMD_NAV_WAYPOINT, LOITER_TIME, LAND}
 """A fence keeps one parameter, where a circle has its radius; these commands come back with it."""
 NOT_GIVEN = (0x7FFFFFFF, -0x80000000)
@@ -172,10 +172,10 @@ def _heading(degrees: float) -> float:
 
     So 1 degree is 0.9999999 (matrix::wrap_2pi, math::radians and math::degrees).
     """
-    radians = product(degrees, RADIANS)
+    radians = product(degrees, RAD_PER_DEG)
     if not math.isfinite(radians):
         return math.nan
     if not 0.0 <= radians < TURN_RAD:
         turns = math.floor(product(radians, 1.0 / TURN_RAD))
         radians = float32(radians - product(TURN_RAD, turns))
-    return product(radians, DEGREES)
+    return product(radians, DEG_PER_RAD)
