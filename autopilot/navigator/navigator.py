@@ -143,8 +143,8 @@ class Navigator:
         status, plans = self._topics.vehicle_status, self._plans_now()
         if now_us < self._due_us and status is self._status and plans == self._plans:
             return False
-        if now_us >= self._due_us:
-            self._due_us = max(self._due_us + INTERVAL_US, now_us)
+        # Whatever woke it, it reads the estimate, and counts from there (uORB's SubscriptionInterval::copy).
+        self._due_us = min(max(self._due_us + INTERVAL_US, now_us), now_us + INTERVAL_US)
         self._status, self._plans = status, plans
         return True
 

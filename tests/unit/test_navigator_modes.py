@@ -210,7 +210,7 @@ def test_how_long_a_return_would_take() -> None:
     """20 m up at 3 m/s, 60 m along at 5 m/s (already on its way), 30 m down at 1.5 m/s; safe: times 1.1, plus 100 s."""
     vehicle = flying(10.0, RTL_RETURN_ALT=30.0, RTL_DESCEND_ALT=10.0, MPC_XY_CRUISE=5.0)
     vehicle.north = 60.0
-    vehicle.run(1.1)
+    vehicle.run(2.2)  # it is told every 2 s
     estimate = vehicle.topics.rtl_time_estimate
     assert estimate.valid
     assert estimate.time_estimate == pytest.approx(20.0 / 3.0 + 60.0 / 5.0 + 30.0 / 1.5, abs=1.2)

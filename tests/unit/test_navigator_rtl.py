@@ -93,8 +93,9 @@ def test_a_return_that_has_just_turned_round_begins_at_the_nearest_place(waits_s
     """RTL::initRtlMissionType makes a return anew, which has not seen the item that is flown; it is asked every 2 s."""
     vehicle = flying(*WITH_LANDING, RTL_TYPE=4, NAV_ACC_RAD=0.5)
     run_until_reached(vehicle, 1)
-    while vehicle.east < 55.0 or vehicle.topics.rtl_time_estimate.timestamp != vehicle.now_us:
+    while vehicle.topics.rtl_time_estimate.timestamp != vehicle.now_us:
         vehicle.step()
+    vehicle.east = 55.0
     run_until_reached(vehicle, 2)
     vehicle.run(waits_s)
     vehicle.current.clear()

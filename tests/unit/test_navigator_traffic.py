@@ -121,6 +121,7 @@ def test_after_traffic_a_return_goes_to_its_height_first(avoid: int, phases: lis
     vehicle.reposition(100.0, 0.0, 50.0)
     vehicle.run(21.0)
     see(vehicle, 1000.0)
+    vehicle.run(0.2)
     vehicle.set_mode(4, 3)
     vehicle.run(1.0)
     told: list[int] = []
