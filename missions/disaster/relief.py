@@ -39,6 +39,12 @@ REACH_M = 4.0
 ABOUT_M, SLOPE, STEP_M = 18.0, 0.15, 0.5
 """How far the lowest may be, how steep ground is, and what its heights are off: the window, slope and threshold that
 Pingel's filter has in PDAL (filters.smrf). No house of ours is wider than twice the first."""
+HILL_M = 6.0
+"""What is ground about a cell, by a Gaussian of that sigma, is the hill that it lies on: ours, a third of the first, so
+that what stands does not bend it. Of ten wildfires' maps (seeds 1 to 10, mapped again) the error was 0.42 m without,
+and 0.38, 0.36 and 0.36 m with 8, 6 and 5 m; of ten debris fields' 0.22 m by all of them."""
+HILL_ROUNDS = 16
+"""How often it is told anew, at most: it stops where no cell comes or goes, in four rounds or so."""
 ALONE_M, TOGETHER = 5.0, 3
 """Fewer cells than that within this distance, to which ground could rise or fall, are none. The first is half the
 window of filters.elm, which takes the lowest alone; ours are two where a corner lies on a border of cells."""
@@ -139,7 +145,7 @@ class Relief:
         """
         self.survey.finish()
         terrain, soundings = self.survey.adjusted()
-        files.write_geotiff(path, terrain, *home, about(ground(terrain.means_m()), terrain.sigmas_m()))
+        files.write_geotiff(path, terrain, *home, about(ground_on_hills(terrain.means_m()), terrain.sigmas_m()))
         at_home = [one.height_m for one in soundings if math.hypot(one.north_m, one.east_m) <= HOME_M]
         return float(np.median(at_home)) if at_home else 0.0
 
@@ -173,6 +179,29 @@ def ground(means_m: Grid, noises_m: Grid | float = 0.0) -> Grid:
     return np.where(known <= highest + STEP_M, means_m, np.nan)
 
 
+def ground_on_hills(means_m: Grid) -> Grid:
+    """The same where hills are steeper than `SLOPE`: it counts from the hill, which what was ground before tells.
+
+    Takes some times as long, and so is for the map that is kept.
+    """
+    found = ground(means_m)
+    for _ in range(HILL_ROUNDS):
+        before, found = found, np.where(np.isfinite(ground(means_m - _hills(found))), means_m, np.nan)
+        if np.array_equal(found, before, equal_nan=True):
+            break
+    return found
+
+
+def _hills(means_m: Grid) -> Grid:
+    """The ground smoothed, of every cell: far from all that is known their mean."""
+    known = np.isfinite(means_m)
+    if not known.any():
+        return np.zeros(means_m.shape)
+    weight = cv2.GaussianBlur(known.astype(np.float64), (0, 0), HILL_M / RESOLUTION_M) + LEAST_WEIGHT
+    total = cv2.GaussianBlur(np.where(known, means_m, 0.0), (0, 0), HILL_M / RESOLUTION_M)
+    return np.asarray((total + LEAST_WEIGHT * means_m[known].mean()) / weight)
+
+
 def _without_lone(means_m: Grid) -> Grid:
     """Without cells from which ground would have to rise too steeply to all but a few about them, and few alone."""
     known = np.where(np.isfinite(means_m), means_m, np.inf)
@@ -194,17 +223,21 @@ def _shifted(heights_m: Grid, within_m: float) -> Iterator[tuple[Grid, float]]:
 
 
 def about(means_m: Grid, sigmas_m: Grid) -> tuple[Grid, Grid]:
-    """Heights and sigmas of cells that are known, or lie among such: weighed means of those about; else NaN."""
-    known = np.isfinite(means_m)
+    """Heights and sigmas of cells that are known, or lie among such: weighed means of those about; else NaN.
+
+    The heights over the hill are what is weighed: beside a slope's lowest cell it goes on downwards.
+    """
+    known, hills_m = np.isfinite(means_m), _hills(means_m)
+    over_m = means_m - hills_m
 
     def near(values: Grid) -> Grid:
         return np.asarray(cv2.GaussianBlur(np.where(known, values, 0.0), (0, 0), AMONG_M / RESOLUTION_M), np.float64)
 
     weight = near(np.ones(known.shape))
     weight = np.where(weight >= AMONG, weight, np.nan)
-    mean = near(means_m) / weight
-    spread_m2 = near(sigmas_m**2 + means_m**2) / weight - mean**2
-    return mean, np.sqrt(np.maximum(spread_m2, 0.0))
+    mean = near(over_m) / weight
+    spread_m2 = near(sigmas_m**2 + over_m**2) / weight - mean**2
+    return mean + hills_m, np.sqrt(np.maximum(spread_m2, 0.0))
 
 
 def spread(means_m: Grid) -> Grid:

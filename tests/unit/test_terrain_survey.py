@@ -19,7 +19,7 @@ from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker
 from sitl_emu.missions.companion.terrain.soundings import Sounding
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster.relief import about, ground, spread
+from sitl_emu.missions.disaster.relief import about, ground, ground_on_hills, spread
 
 CAMERA = CameraModel()
 BOUNDS = Bounds(-10.0, -10.0, 40.0, 10.0)
@@ -202,6 +202,26 @@ def sloping(rng: np.random.Generator) -> npt.NDArray[np.float64]:
 def test_sloping_ground_is_ground() -> None:
     means = sloping(np.random.default_rng(7))
     assert np.array_equal(ground(means), means, equal_nan=True)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1, 0.3])
+def test_a_hill_is_ground_and_the_house_on_it_is_not(slope: float) -> None:
+    rng = np.random.default_rng(7)
+    hill = np.where(rng.random((60, 60)) < 0.3, 10.0 * slope * np.sin(np.arange(60.0) / 10.0), np.nan)
+    means = hill + rng.normal(scale=0.1, size=hill.shape)
+    house = np.zeros(means.shape, bool)
+    house[14:28, 20:34] = True  # on the slope's upper half
+    means[house] += 5.0
+    found = ground_on_hills(means)
+    known = np.isfinite(means)
+    assert np.isnan(found[house]).all()
+    assert np.isfinite(found[known & ~house]).mean() > 0.97
+    if slope > 0.15:
+        assert np.isfinite(ground(means)[known & ~house]).mean() < 0.9, "which is why"
+    heights, _ = about(found, np.zeros(found.shape))
+    shown = np.isfinite(heights)
+    true = np.broadcast_to(10.0 * slope * np.sin(np.arange(60.0) / 10.0), heights.shape)
+    assert np.sqrt(np.mean((heights - true)[shown & ~house] ** 2)) < 0.2
 
 
 @pytest.mark.parametrize("low", [[(20, 20)], [(20, 20), (20, 21)]])
