@@ -82,6 +82,10 @@ LARGEST_ACCEL_M_S2: Final = 1000.0
 AVERAGE_CURRENT_TIME_CONSTANT_S: Final = 50.0
 POWER_MODULE: Final = 0
 """BAT1_SOURCE of a battery like ours; with another nobody hears of it (Battery::publishBatteryStatus)."""
+BATTERY_EVERY_US: Final = 10_000
+"""How often PX4's simulated battery is published (BatterySimulator.hpp). A simulator measures ours less often, and what
+it measured last is said again, so that who asks gets an answer as often."""
+NEVER_US: Final = 1 << 62
 UNKNOWN_CURRENT_A: Final = -1.0
 """How PX4's battery says that it has no current sensor."""
 GREATEST_SCALE: Final = 1.3
@@ -161,6 +165,7 @@ class Sensors:
         self._average_current_a = NAN
         self._estimator: BatteryEstimator | None = None
         self._cell_v = NAN
+        self._battery_measured_us, self._battery_due_us = 0, NEVER_US
         self._corrections = NONE
         self._corrects = False
         self._version = -1
@@ -190,6 +195,9 @@ class Sensors:
                 self._topics.esc_status = EscStatus(self._now_us, before + message.rpm)
             elif type(message) is RangingBeacon:
                 self._on_ranging_beacon(message)
+        if self._now_us >= self._battery_due_us:
+            self._battery_due_us = max(self._battery_due_us + BATTERY_EVERY_US, self._now_us)
+            self._topics.battery_status = self._topics.battery_status._replace(timestamp=self._now_us)
         return self._now_us
 
     def _take_calibration(self) -> None:
@@ -370,6 +378,7 @@ class Sensors:
 
     def _on_battery(self, message: SimulatedBattery) -> None:
         if int(self._parameters["BAT1_SOURCE"]) != POWER_MODULE:
+            self._battery_due_us = NEVER_US
             return
         now_us, previous = self._now_us, self._topics.battery_status
         known = message.current_ca >= 0
@@ -378,7 +387,10 @@ class Sensors:
         if resting_a > 0.0 and not self._topics.vehicle_status.armed:
             known, current_a = True, resting_a  # whatever was measured (Battery::updateCurrent)
         told_a = current_a if known else UNKNOWN_CURRENT_A
-        dt_s = (now_us - previous.timestamp) * 1e-6 if previous.connected else 0.0
+        dt_s = (now_us - self._battery_measured_us) * 1e-6 if previous.connected else 0.0
+        self._battery_measured_us = now_us
+        if self._battery_due_us == NEVER_US:
+            self._battery_due_us = now_us + BATTERY_EVERY_US
         discharged_mah = previous.discharged_mah + (current_a * dt_s / 3.6 if known else 0.0)
         voltage_v, charge = message.voltage_mv * 1e-3, message.remaining_pct * 1e-2
         if self._battery == OFF:

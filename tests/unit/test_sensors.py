@@ -127,6 +127,26 @@ def test_a_battery_that_another_source_tells_of_is_not_ours() -> None:
     assert not topics.battery_status.connected
 
 
+def test_a_battery_is_told_a_hundred_times_a_second_until_another_source_tells_of_it() -> None:
+    """BatterySimulator.hpp; a simulator measures it five times a second."""
+    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, {"BAT1_N_CELLS": 4})
+    reader = Sensors(topics, parameters)
+    told = set[int]()
+
+    def run(from_us: int, to_us: int) -> int:
+        told.clear()
+        for now_us in range(from_us, to_us, 4000):
+            measured = [SimulatedBattery(16200, 3600, 100)] if now_us % 200_000 == 0 else []
+            reader.update([IMU._replace(time_usec=now_us), *measured])
+            told.add(topics.battery_status.timestamp)
+        return len(told)
+
+    assert run(200_000, 2_200_000) == pytest.approx(200, abs=12)
+    assert topics.battery_status.discharged_mah == pytest.approx(36.0 * 1.8 / 3.6)
+    parameters.set("BAT1_SOURCE", 1)
+    assert run(2_200_000, 4_200_000) <= 2, "the last, and one that was due before the parameter was read"
+
+
 def test_a_disarmed_vehicle_draws_what_bat1_i_overwrite_says() -> None:
     reader, topics = sensors(BAT1_N_CELLS=4, BAT1_I_OVERWRITE=0.5)
     for armed, expected in ((False, 0.5), (True, 3.0)):
