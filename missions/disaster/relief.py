@@ -12,8 +12,9 @@ T. Pingel, K. Clarke and W. McBride, An improved simple morphological filter, 20
 below all about it, is gone: a corner that was confused with another, which would be the ground to such a filter (Z.
 Chen, B. Devereux, B. Gao and G. Amable, Upward-fusion urban DTM generating method using airborne lidar data, 2012;
 PDAL's filters.elm, and filters.outlier by radius). Sightings are placed on the ground, and it alone is kept as the
-terrain map, without the flight's own drift (`companion/terrain/crossover.py`) and, between what was measured, as
-`about` has it; what is flown over are roofs and trees as well.
+terrain map, with slopes that count from the hill they lie on (`ground_on_hills`), without the flight's own drift
+(`companion/terrain/crossover.py`) and, between what was measured, as `about` has it; what is flown over are roofs and
+trees as well.
 """
 
 import math
@@ -182,7 +183,7 @@ def ground(means_m: Grid, noises_m: Grid | float = 0.0) -> Grid:
 def ground_on_hills(means_m: Grid) -> Grid:
     """The same where hills are steeper than `SLOPE`: it counts from the hill, which what was ground before tells.
 
-    Takes some times as long, and so is for the map that is kept.
+    Takes a few times as long, and so is for the map that is kept alone.
     """
     found = ground(means_m)
     for _ in range(HILL_ROUNDS):
