@@ -317,6 +317,16 @@ def test_a_message_without_anything_new_is_denied(number: int, name: str) -> Non
     assert only(peer.send(command_long(REQUEST_MESSAGE, number)), name)
 
 
+def test_who_the_aircraft_is_is_told_once_for_each_vehicle_status() -> None:
+    """As from a real PX4, asked twelve times 50 ms apart (streams/OPEN_DRONE_ID_BASIC_ID.hpp)."""
+    peer = Peer()
+    for _ in range(2):
+        peer.topics.vehicle_status = peer.topics.vehicle_status._replace(timestamp=peer.now_us)
+        results = [only(peer.send(command_long(REQUEST_MESSAGE, 12900)), "COMMAND_ACK")[0].result for _ in range(2)]
+        assert results == [ACCEPTED, DENIED]
+        peer.fly_and_run(0.5)
+
+
 @pytest.mark.parametrize("number", [281, 284])
 def test_what_the_gimbals_manager_last_said_is_told_on_and_on(number: int) -> None:
     """PX4 copies it, new or not (streams/GIMBAL_MANAGER_STATUS.hpp, GIMBAL_DEVICE_SET_ATTITUDE.hpp)."""
