@@ -67,8 +67,8 @@ class Settings(dict[str, float]):
 
 
 class Estimator:
-    """Writer of vehicle_angular_velocity (250 Hz), vehicle_attitude and vehicle_local_position (with each step of the
-    filter, 125 Hz), vehicle_global_position (62.5 Hz), wind, and all that records.py tells."""
+    """Writer of vehicle_angular_velocity (250 Hz), vehicle_attitude, vehicle_local_position and _global_position (with
+    each step of the filter, 125 Hz), wind, and all that records.py tells."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
@@ -79,7 +79,7 @@ class Estimator:
         self._records = Records(topics, self.fusion, self._publication)
         self._version = parameters.version
         self._enable_sensors()
-        self._imu_us = self._steps = 0
+        self._imu_us = 0
         self._mag, self._baro = topics.vehicle_magnetometer, topics.vehicle_air_data
         self._gps, self._range = topics.sensor_gps, topics.distance_sensor
         self._flow, self._vision = topics.vehicle_optical_flow, topics.vehicle_visual_odometry
@@ -117,14 +117,12 @@ class Estimator:
         stepped = fusion.on_imu(now_us, imu.gyro_rad_s, imu.accelerometer_m_s2, dt_s)
         if not stepped:
             return
-        self._steps += 1
         if self.ekf.flags.tilt_align:
             publication.attitude(now_us)
         publication.local_position(now_us)
-        if self._steps & 1:
-            publication.global_position(now_us)
-            if not self._declination_saved:
-                self._save_declination()
+        publication.global_position(now_us)
+        if not self._declination_saved:
+            self._save_declination()
         self._records.update(now_us)
 
     def _enable_sensors(self) -> None:

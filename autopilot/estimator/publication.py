@@ -22,7 +22,6 @@ from sitl_emu.autopilot.topics import (
     WindEstimate,
 )
 from sitl_emu.core.attitude import rotated
-from sitl_emu.core.geodesy import MapProjection
 
 IMU_HZ: Final = 250.0
 SENSOR_RANGE: Final = 1
@@ -188,20 +187,10 @@ class Publication:
         if origin is None or not ekf.flags.yaw_align:
             return
         local, resets = self._topics.vehicle_local_position, ekf.resets
-        self._topics.vehicle_global_position = self._place(now_us, local, origin)._replace(
-            delta_alt=-resets.pos_d_change,
-            delta_terrain=-resets.hagl_change,
-            lat_lon_reset_counter=resets.pos_ne & 255,
-            alt_reset_counter=resets.pos_d & 255,
-            terrain_reset_counter=resets.hagl & 255,
-        )
-
-    def _place(self, now_us: int, local: VehicleLocalPosition, origin: MapProjection) -> VehicleGlobalPosition:
-        ekf = self._ekf
         lat, lon = origin.reproject(local.x, local.y)
         alt = local.ref_alt - local.z
         alt_valid = math.isfinite(ekf.origin_alt) and not ekf.vertical_position_dead_reckoning_too_long
-        return VehicleGlobalPosition(
+        self._topics.vehicle_global_position = VehicleGlobalPosition(
             now_us,
             now_us,
             lat,
@@ -215,6 +204,11 @@ class Publication:
             terrain_alt=-ekf.state.terrain,
             terrain_alt_valid=ekf.terrain_valid,
             dead_reckoning=local.dead_reckoning,
+            delta_alt=-resets.pos_d_change,
+            delta_terrain=-resets.hagl_change,
+            lat_lon_reset_counter=resets.pos_ne & 255,
+            alt_reset_counter=resets.pos_d & 255,
+            terrain_reset_counter=resets.hagl & 255,
         )
 
     def wind(self, now_us: int) -> None:

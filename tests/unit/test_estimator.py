@@ -41,6 +41,19 @@ def test_knows_where_it_is_four_seconds_after_power_on() -> None:
     assert place.valid and place.alt == pytest.approx(ALT_M, abs=0.5)
 
 
+def test_the_place_on_earth_comes_with_each_local_position() -> None:
+    """A hundred times a second to who asks for so many (a real PX4's GLOBAL_POSITION_INT)."""
+    feed = Feed()
+    feed.run(4.0)
+    told = set[int]()
+    for _ in range(250):
+        feed.step()
+        local, place = feed.topics.vehicle_local_position, feed.topics.vehicle_global_position
+        assert place.timestamp == local.timestamp
+        told.add(place.timestamp)
+    assert len(told) in (125, 126)
+
+
 def test_stands_still_on_the_ground() -> None:
     feed = Feed()
     feed.run(5.0)
