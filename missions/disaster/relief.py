@@ -32,7 +32,7 @@ from sitl_emu.missions.companion.terrain.following import Following, next_altitu
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds, TerrainMap
 from sitl_emu.missions.disaster.places import Standing
-from sitl_emu.missions.disaster.regions import RESOLUTION_M, Grid
+from sitl_emu.missions.disaster.regions import RESOLUTION_M, Cells, Grid
 
 EVERY_US = 1_000_000
 REACH_M = 4.0
@@ -198,9 +198,13 @@ def _hills(means_m: Grid) -> Grid:
     known = np.isfinite(means_m)
     if not known.any():
         return np.zeros(means_m.shape)
-    weight = cv2.GaussianBlur(known.astype(np.float64), (0, 0), HILL_M / RESOLUTION_M) + LEAST_WEIGHT
-    total = cv2.GaussianBlur(np.where(known, means_m, 0.0), (0, 0), HILL_M / RESOLUTION_M)
-    return np.asarray((total + LEAST_WEIGHT * means_m[known].mean()) / weight)
+    weight, total = (_blurred(values, known, HILL_M) for values in (1.0, means_m))
+    return np.asarray((total + LEAST_WEIGHT * means_m[known].mean()) / (weight + LEAST_WEIGHT))
+
+
+def _blurred(values: Grid | float, known: Cells, sigma_m: float) -> Grid:
+    """The known cells' values times a Gaussian's weights, summed about every cell; of 1, the weights alone."""
+    return np.asarray(cv2.GaussianBlur(np.where(known, values, 0.0), (0, 0), sigma_m / RESOLUTION_M), np.float64)
 
 
 def _without_lone(means_m: Grid) -> Grid:
@@ -230,21 +234,16 @@ def about(means_m: Grid, sigmas_m: Grid) -> tuple[Grid, Grid]:
     """
     known, hills_m = np.isfinite(means_m), _hills(means_m)
     over_m = means_m - hills_m
-
-    def near(values: Grid) -> Grid:
-        return np.asarray(cv2.GaussianBlur(np.where(known, values, 0.0), (0, 0), AMONG_M / RESOLUTION_M), np.float64)
-
-    weight = near(np.ones(known.shape))
+    weight, total, squares = (_blurred(values, known, AMONG_M) for values in (1.0, over_m, sigmas_m**2 + over_m**2))
     weight = np.where(weight >= AMONG, weight, np.nan)
-    mean = near(over_m) / weight
-    spread_m2 = near(sigmas_m**2 + over_m**2) / weight - mean**2
+    mean = total / weight
+    spread_m2 = squares / weight - mean**2
     return mean + hills_m, np.sqrt(np.maximum(spread_m2, 0.0))
 
 
 def spread(means_m: Grid) -> Grid:
     """Heights of all cells: known ones, and between them the mean of those about; far from all of them NaN."""
     known = np.isfinite(means_m)
-    weight = cv2.GaussianBlur(known.astype(np.float64), (0, 0), REACH_M / RESOLUTION_M)
-    total = cv2.GaussianBlur(np.where(known, means_m, 0.0), (0, 0), REACH_M / RESOLUTION_M)
+    weight, total = (_blurred(values, known, REACH_M) for values in (1.0, means_m))
     about = np.where(weight > LEAST_WEIGHT, total / np.maximum(weight, LEAST_WEIGHT), np.nan)
     return np.where(known, means_m, about)
