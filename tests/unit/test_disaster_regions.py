@@ -12,7 +12,7 @@ from sitl_emu.missions.companion.camera_model import CameraPose, project
 from sitl_emu.missions.companion.confirmation import Confirming
 from sitl_emu.missions.companion.detector import Areas, Detections
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster import aborts, places, relief
+from sitl_emu.missions.disaster import aborts, places
 from sitl_emu.missions.disaster.places import Standing
 from sitl_emu.missions.disaster.regions import Region, RegionMap
 from tests.unit.disaster_boxes import CAMERA, LABELS, POND, UP_M, Box, box_of, pose_at
@@ -175,34 +175,6 @@ def test_a_look_from_aslant_that_something_hides_says_little() -> None:
     for _ in range(4):
         over.update(pose_at(15.0, 14.0), 0.0, areas_of(pose_at(15.0, 14.0), (0.0, 0.0, 0.0, 0.0)))
     assert over.regions() == [], "from above nothing hides it"
-
-
-def test_roofs_are_no_ground() -> None:
-    heights = np.full((60, 60), np.nan)
-    rng = np.random.default_rng(1)
-    rows, columns = rng.integers(0, 60, (2, 500))
-    heights[rows, columns] = 0.05 * columns + rng.normal(0.0, 0.2, 500)  # a slope of 1 in 20
-    roof = (slice(20, 30), slice(20, 36))
-    heights[roof] = np.where(np.isfinite(heights[roof]), 9.0, np.nan)
-    heights[22, 21:35] = 9.0
-    left = relief.ground(heights)
-    assert np.isfinite(heights[roof]).any() and not np.isfinite(left[roof]).any()
-    outside = np.isfinite(heights)
-    outside[roof] = False
-    kept = outside & np.isfinite(left)
-    assert np.isfinite(left[outside]).mean() > 0.98 and np.array_equal(left[kept], heights[kept])
-
-
-def test_what_lies_alone_or_alone_below_all_about_it_is_no_ground() -> None:
-    heights = np.full((60, 60), np.nan)
-    heights[5:20, 5:20] = 1.0
-    heights[12, 12] = -6.0  # a corner that was confused with another
-    heights[45, 45:47] = -8.0  # two of them, far from all else
-    heights[40:43, 10] = 1.5  # three that agree
-    left = relief.ground(heights)
-    assert np.isnan(left[12, 12]) and np.isnan(left[45, 45:47]).all()
-    known = np.isfinite(heights) & (heights > 0.0)
-    assert np.array_equal(left[known], heights[known])
 
 
 def test_by_the_equations_a_tilted_camera_places_it_beside_itself() -> None:

@@ -19,7 +19,6 @@ from sitl_emu.missions.companion.terrain.features import Feature, FeatureTracker
 from sitl_emu.missions.companion.terrain.soundings import Sounding
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster.relief import about, ground, ground_on_hills, spread
 
 CAMERA = CameraModel()
 BOUNDS = Bounds(-10.0, -10.0, 40.0, 10.0)
@@ -127,14 +126,6 @@ def test_a_long_flight_keeps_so_many_soundings_of_all_its_time(monkeypatch: pyte
     assert np.isfinite(survey.adjusted()[0].means_m()).sum() == np.isfinite(survey.terrain.means_m()).sum()
 
 
-def test_heights_spread_between_what_is_known_and_no_farther() -> None:
-    means = np.full((60, 60), np.nan)
-    means[10, 10], means[10, 14] = 2.0, 4.0
-    heights = spread(means)
-    assert heights[10, 10] == 2.0 and 2.0 < heights[10, 12] < 4.0
-    assert np.isnan(heights[55, 55]) and np.isfinite(heights[6:15, 6:19]).all()
-
-
 def sounded(drift: Callable[[float], float], noise_m: float = 0.2, every_s: float = 0.05) -> list[Sounding]:
     """Three lines over hilly ground, each of which sees the half of the one before again, by a height that drifts."""
     rng, found = np.random.default_rng(4), list[Sounding]()
@@ -183,73 +174,6 @@ def test_a_drift_is_none_where_no_place_was_sounded_twice() -> None:
     heights_m = [one.height_m for one in without(line, drift_of(line))]
     assert heights_m == pytest.approx([one.height_m for one in line], abs=1e-6)
     assert drift_of([]) is NONE and without([], NONE) == []
-
-
-def test_the_kept_map_ends_near_what_was_measured() -> None:
-    means, sigmas = np.full((40, 40), np.nan), np.full((40, 40), np.nan)
-    means[10, 10], means[10, 13], sigmas[10, 10], sigmas[10, 13] = 2.0, 4.0, 0.1, 0.1
-    heights, spread_m = about(means, sigmas)
-    assert heights[10, 8] == pytest.approx(2.0, abs=0.1) and 2.4 < heights[10, 11] < 3.0
-    assert spread_m[10, 11] > 0.8 > 0.3 > spread_m[10, 8]
-    assert np.isnan(heights[10, 6]) and np.isnan(heights[30, 30])
-
-
-def sloping(rng: np.random.Generator) -> npt.NDArray[np.float64]:
-    """40 m of ground that rises by 0.1, half of it mapped."""
-    return np.where(rng.random((40, 40)) < 0.5, 0.1 * np.arange(40.0) + rng.normal(scale=0.1, size=(40, 40)), np.nan)
-
-
-def test_sloping_ground_is_ground() -> None:
-    means = sloping(np.random.default_rng(7))
-    assert np.array_equal(ground(means), means, equal_nan=True)
-
-
-@pytest.mark.parametrize("slope", [0.0, 0.1, 0.3])
-def test_a_hill_is_ground_and_the_house_on_it_is_not(slope: float) -> None:
-    rng = np.random.default_rng(7)
-    hill = np.where(rng.random((60, 60)) < 0.3, 10.0 * slope * np.sin(np.arange(60.0) / 10.0), np.nan)
-    means = hill + rng.normal(scale=0.1, size=hill.shape)
-    house = np.zeros(means.shape, bool)
-    house[14:28, 20:34] = True  # on the slope's upper half
-    means[house] += 5.0
-    found = ground_on_hills(means)
-    known = np.isfinite(means)
-    assert np.isnan(found[house]).all()
-    assert np.isfinite(found[known & ~house]).mean() > 0.97
-    if slope > 0.15:
-        assert np.isfinite(ground(means)[known & ~house]).mean() < 0.9, "which is why"
-    heights, _ = about(found, np.zeros(found.shape))
-    shown = np.isfinite(heights)
-    true = np.broadcast_to(10.0 * slope * np.sin(np.arange(60.0) / 10.0), heights.shape)
-    assert np.sqrt(np.mean((heights - true)[shown & ~house] ** 2)) < 0.2
-
-
-@pytest.mark.parametrize("low", [[(20, 20)], [(20, 20), (20, 21)]])
-def test_what_lies_alone_below_all_about_it_is_no_ground_and_that_beside_it_is(low: list[tuple[int, int]]) -> None:
-    means = sloping(np.random.default_rng(7))
-    for row, column in low:
-        means[row, column] -= 4.0
-    found = ground(means)
-    assert all(np.isnan(found[at]) for at in low)
-    assert np.isfinite(found).sum() == np.isfinite(means).sum() - len(low)
-
-
-@pytest.mark.parametrize(("size_m", "height_m"), [(4, 1.5), (30, 6.0)])
-def test_a_car_and_a_house_are_no_ground(size_m: int, height_m: float) -> None:
-    means = sloping(np.random.default_rng(7))
-    stands = np.zeros(means.shape, bool)
-    stands[4 : 4 + size_m, 4 : 4 + size_m] = True
-    means[stands] += height_m
-    found = ground(means)
-    assert np.isnan(found[stands]).all()
-    assert np.array_equal(found[~stands], means[~stands], equal_nan=True)
-
-
-def test_ground_that_lies_low_together_is_ground() -> None:
-    """A hole of 3 m across."""
-    means = sloping(np.random.default_rng(7))
-    means[20:23, 20:23] = -2.0
-    assert np.isfinite(ground(means)[20:23, 20:23]).all()
 
 
 def a_picture(shift_px: int) -> npt.NDArray[np.uint8]:
