@@ -11,11 +11,9 @@ from typing import Final
 
 from sitl_emu.autopilot.topics import SensorCombined, SensorImu, Topics, Vector3, VehicleImuStatus
 
-EVERY: Final = 50
-SAMPLES: Final = 25
-"""Of so many ticks the last ones are looked at: PX4 does so with all, and tells of it twice as often."""
-VIBRATION_WEIGHT: Final = 0.02
-"""PX4's 0.01, for twice as much time."""
+EVERY: Final = 25
+"""Samples, 4 ms apart: PX4 tells of them after 100 ms (kIMUStatusPublishingInterval)."""
+VIBRATION_WEIGHT: Final = 0.01
 CONING_SHARE: Final = 1.0 / 12.0
 """Half of a sixth of the cross product of neighbouring delta angles (IntegratorConing)."""
 SAMPLE_S: Final = 0.004
@@ -26,23 +24,19 @@ class VehicleImu:
 
     def __init__(self, topics: Topics) -> None:
         self._topics = topics
-        self._ticks = 0
         self._samples: list[SensorCombined] = []
+        """Those since the last time, behind the last one of then."""
         self._raw: list[SensorImu] = []
         self._accel_vibration = self._gyro_vibration = 0.0
 
     def update(self, now_us: int) -> None:
         """At every tick, behind the sensors."""
-        self._ticks = ticks = self._ticks + 1
-        if ticks < EVERY - SAMPLES:
-            return
         self._samples.append(self._topics.sensor_combined)
         self._raw.append(self._topics.sensor_imu)
-        if ticks == EVERY:
+        if len(self._raw) == EVERY:
             self._publish(now_us)
-            self._samples.clear()
+            del self._samples[:-1]
             self._raw.clear()
-            self._ticks = 0
 
     def _publish(self, now_us: int) -> None:
         gyro, accel = (list(map(itemgetter(place), self._samples)) for place in (1, 2))

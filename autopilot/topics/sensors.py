@@ -118,7 +118,7 @@ class SystemPower(NamedTuple):
 
 
 class VehicleImuStatus(NamedTuple):
-    """Writer: sensors/vehicle_imu.py, 5 times a second: how the IMU shakes, mean and variance of its last samples."""
+    """Writer: sensors/vehicle_imu.py, 10 times a second: how the IMU shakes, mean and variance of its last samples."""
 
     timestamp: int = 0
     accel_vibration_metric: float = 0.0

@@ -28,6 +28,7 @@ from sitl_emu.autopilot.topics import (
     VehicleAttitudeSetpoint,
     VehicleCommand,
     VehicleGlobalPosition,
+    VehicleImuStatus,
     VehicleLocalPosition,
     VehicleLocalPositionSetpoint,
     VehicleMagnetometer,
@@ -37,7 +38,7 @@ from sitl_emu.core import dialect as mavlink
 
 GCS, ONBOARD, PAYLOAD, GIMBAL = range(4)
 TICK_US = 4_000
-GPS_EVERY_US = 124_000
+GPS_EVERY_US, IMU_STATUS_EVERY_US = 124_000, 100_000
 ROVER = 10
 LAT_DEG, LON_DEG, ALT_M = 47.397742, 8.545594, 489.4
 
@@ -100,6 +101,7 @@ class Peer:
         """Fill the topics of this moment as of a vehicle that stands and knows where."""
         now_us, topics = self.now_us, self.topics
         topics.sensor_combined = SensorCombined(now_us)
+        topics.vehicle_imu_status = VehicleImuStatus(now_us // IMU_STATUS_EVERY_US * IMU_STATUS_EVERY_US)
         topics.sensor_mag = SensorMag(now_us, (0.2, 0.0, 0.4))
         topics.vehicle_magnetometer = VehicleMagnetometer(now_us, now_us, (0.2, 0.0, 0.4))
         topics.sensor_baro = SensorBaro(now_us, 95_600.0, 489.0, 20.0)

@@ -1,18 +1,15 @@
 """VIBRATION: vibration metrics of the IMU (PX4: streams/VIBRATION.hpp)."""
 
-from typing import Final
-
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_VIBRATION
-PX4S_EVERY_US: Final = 100_000
 
 
 def stamp(now_us: int, context: Context) -> int:
-    """Once per vehicle_imu_status: PX4's is new ten times a second, and ours, which is half as often, is told twice."""
-    return now_us // PX4S_EVERY_US
+    """Once per vehicle_imu_status."""
+    return context.topics.vehicle_imu_status.timestamp
 
 
 def fields(now_us: int, context: Context) -> Fields:
