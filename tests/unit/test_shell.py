@@ -186,7 +186,7 @@ def test_system_time_tells_the_date_and_how_long_it_runs() -> None:
 def test_a_logger_that_was_not_started_does_nothing() -> None:
     console = Console()
     console.autopilot.logger._backend = 0
-    assert console.output("logger status").startswith("INFO  [module] not running\n")
+    assert console.output("logger status").startswith("INFO  [px4] not running\n")
     assert console.output("logger on").startswith("WARN  [logger] logger not running\n\nUsage: logger")
 
 
@@ -315,7 +315,7 @@ def test_mavlink_tells_how_long_answers_to_pings_take_and_which_link_there_is_no
 def test_modules_say_whether_they_run() -> None:
     console, rover = Console(), Console("rover")
     assert console.output("mc_pos_control status") == "running\n"
-    assert rover.output("mc_pos_control status").startswith("INFO  [module] not running\nCommand")
+    assert rover.output("mc_pos_control status").startswith("INFO  [px4] not running\nCommand")
     assert rover.output("land_detector status") == "INFO  [land_detector] running (rover)\n"
     assert console.output("ekf2 status").startswith("\nekf2:0 EKF dt: 0.0100s, attitude: 0, local position: 0,")
     assert console.output("navigator status") == (
@@ -323,7 +323,7 @@ def test_modules_say_whether_they_run() -> None:
         "polygons: 0 inclusion, 0 exclusion, 0 vertices; circles: 0 inclusion, 0 exclusion\n"
     )
     assert console.output("commander start") == (
-        "ERROR [module] Task already running\nCommand 'commander' failed, returned -1.\n"
+        "ERROR [px4] Task already running\nCommand 'commander' failed, returned -1.\n"
     )
 
 

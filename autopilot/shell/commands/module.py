@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Command, Output, Vehicle, error, info, usage, warning
 
 Runs = Callable[[Vehicle], bool]
-BASE = "module"
+BASE = "px4"
 HELP = ("", "-h", "help", "info", "usage")
 SAY_ERRORS = frozenset({"land_detector", "load_mon", "rover_ackermann"})
 """Others warn of a command that they do not know."""
@@ -39,7 +39,7 @@ def command(name: str, runs: Runs) -> Command:
 def default_command(name: str, runs: bool, arguments: Sequence[str]) -> Output:
     """What every module answers (PX4: platforms/common/module_base.cpp); modules stay as they were started.
 
-    Its texts bear the name "module"; a module's own print_usage says first what it did not understand, and succeeds.
+    Its texts bear the name of the program, as on SITL; a module's own print_usage says first what it did not understand, and succeeds.
     """
     what = arguments[0] if arguments else ""
     if what == "status":
