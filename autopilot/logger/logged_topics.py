@@ -9,12 +9,9 @@ from sitl_emu.autopilot.logger.rows import commander, control, estimator, naviga
 STATE_MS = 500
 """PX4 publishes states that do not change twice a second."""
 TRUTH = "groundtruth"
-ESTIMATOR_MS: Mapping[str, int] = {
-    **dict.fromkeys(("estimator_event_flags", "estimator_status_flags"), 10),
-    "estimator_status": 200,
-    **dict.fromkeys(("estimator_fusion_control", "estimator_sensor_bias", "yaw_estimator_status"), 1000),
-}
-"""All others of the estimator: 500 ms. PX4's simulation logs them at 100 Hz and more, which costs too much here."""
+ESTIMATOR_MS = 10
+"""So often PX4's simulation logs whatever the estimator tells, at most; ours tells what changes at every step of its
+own ten times a second (`estimator/records.py`). Attitude and places are logged as often as they are told."""
 
 
 class LoggedTopic(NamedTuple):
@@ -58,11 +55,11 @@ COMMON = (
     LoggedTopic("esc_status", 100, sensors.esc_status),
     LoggedTopic("ranging_beacon", 100, sensors.ranging_beacon),
     LoggedTopic("system_power", STATE_MS, sensors.system_power, state=True),
-    LoggedTopic("vehicle_attitude", 50, estimator.vehicle_attitude),
-    LoggedTopic("vehicle_angular_velocity", 20, estimator.vehicle_angular_velocity),
-    LoggedTopic("vehicle_local_position", 100, estimator.vehicle_local_position),
-    LoggedTopic("vehicle_global_position", 200, estimator.vehicle_global_position),
-    *(LoggedTopic(name, ESTIMATOR_MS.get(name, 500), row) for name, row in estimator.OWN_NAMES.items()),
+    LoggedTopic("vehicle_attitude", 0, estimator.vehicle_attitude),
+    LoggedTopic("vehicle_angular_velocity", 10, estimator.vehicle_angular_velocity),
+    LoggedTopic("vehicle_local_position", 0, estimator.vehicle_local_position),
+    LoggedTopic("vehicle_global_position", 0, estimator.vehicle_global_position),
+    *(LoggedTopic(name, ESTIMATOR_MS, row) for name, row in estimator.OWN_NAMES.items()),
     LoggedTopic("wind", 1000, estimator.wind),
     LoggedTopic("vehicle_land_detected", STATE_MS, estimator.vehicle_land_detected, state=True),
     LoggedTopic("vehicle_control_mode", STATE_MS, commander.vehicle_control_mode, "vehicle_status", state=True),

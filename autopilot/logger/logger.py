@@ -11,6 +11,7 @@ Left out: SDLOG_MODE 3 (an auxiliary stick), the mission log (SDLOG_MISSION), cl
 """
 
 import hashlib
+import itertools
 import re
 import struct
 from collections.abc import Callable, Iterable
@@ -44,8 +45,9 @@ SYNC_US: Final = 500_000
 """A sync mark so often; with it goes the buffer to the file."""
 STREAM_US: Final = 100_000
 """A stream is fed so often."""
-LOOK_US: Final = 20_000
-"""How often it looks whether a log is to begin or end, and for new records of what does not come in every tick."""
+LOOK_US: Final = 8_000
+"""How often it looks whether a log is to begin or end, and for new records of what does not come in every tick: as
+often as the estimator has some."""
 FAST = frozenset(
     {
         "sensor_combined",
@@ -74,7 +76,7 @@ TIMESTAMP = struct.Struct("<Q")
 class Subscription:
     """A logged topic in a running log."""
 
-    __slots__ = ("due_us", "header", "last", "message_id", "name", "pending", "row", "size", "timed")
+    __slots__ = ("due_us", "every_tick", "header", "last", "message_id", "name", "pending", "row", "size", "timed")
 
     def __init__(self, message_id: int, name: str, row: Row, timed: bool = True) -> None:
         self.message_id, self.name, self.row = message_id, name, row
@@ -86,13 +88,18 @@ class Subscription:
         """The record that was logged last."""
         self.due_us = 0
         """When a state that has not changed is logged again."""
+        self.every_tick = False
+        """Whether `pending` has the record of each tick, new or not."""
         self.pending: list[Any] = []
         """Records that are yet to be packed: many together cost a third of what each costs alone, in a tick."""
 
     def messages(self) -> list[bytes]:
         """The data messages of what is pending."""
-        header, row = self.header, self.row
-        packed = [header + row(record) for record in self.pending]
+        header, row, pending = self.header, self.row, self.pending
+        if self.every_tick:
+            found, self.last = (self.last, *pending), pending[-1]
+            pending = [record for before, record in itertools.pairwise(found) if record is not before]
+        packed = [header + row(record) for record in pending]
         self.pending.clear()
         return packed
 
@@ -319,6 +326,7 @@ class Logger:
                 each.last = record  # nobody has written it yet
             self._subscriptions.append(each)
             if topic.interval_ms == 0 and topic.source in FAST:
+                each.every_tick = True
                 every_tick.append((each.pending.append, topic.source))
                 continue
             states = topic.state or not timed
@@ -422,7 +430,7 @@ class Logger:
             last = each.last
             if now_us < each.due_us and (record is last or record[int(each.timed) :] == last[int(each.timed) :]):
                 continue
-            each.last, each.due_us = record, now_us + logged_topics.STATE_MS * 1000
+            each.last, each.due_us = record, now_us + logged_topics.STATE_MS * 1000 - LOOK_US
             if not each.timed or record.timestamp:
                 self._buffer.append(each.message(now_us, record))
 

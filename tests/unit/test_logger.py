@@ -200,7 +200,9 @@ def test_a_disk_that_fills_up_in_flight_ends_the_log_and_nothing_else(
 def test_a_log_of_the_greatest_size_is_followed_by_another(tmp_path: Path) -> None:
     rig = Rig(tmp_path, SDLOG_MAX_SIZE=1)
     rig.arm()
-    rig.run(100.0)
+    while len(rig.names()) < 2 and rig.now_us < 200_000_000:
+        rig.run(1.0)
+    rig.run(1.0)
     rig.logger.shut_down()
     first, second = rig.names()
     size = (tmp_path / "log" / first).stat().st_size

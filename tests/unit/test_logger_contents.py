@@ -219,6 +219,16 @@ def test_what_nobody_has_written_is_not_logged(tmp_path: Path) -> None:
     assert not logged & {"vehicle_attitude", "vehicle_local_position", "battery_status", "position_setpoint_triplet"}
 
 
+def test_a_record_that_stays_is_logged_once(tmp_path: Path) -> None:
+    """Of what may come in every tick, too."""
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(1.0)
+    rig.topics.vehicle_attitude = VehicleAttitude(rig.now_us)
+    rig.run(1.0)
+    rig.logger.shut_down()
+    assert len(rig.read(FIRST).get_dataset("vehicle_attitude").data["timestamp"]) == 1
+
+
 def test_states_are_logged_when_they_change_and_twice_a_second(tmp_path: Path) -> None:
     rig = Rig(tmp_path, SDLOG_MODE=2)
     for tick in range(1250):

@@ -39,7 +39,8 @@ def command(name: str, runs: Runs) -> Command:
 def default_command(name: str, runs: bool, arguments: Sequence[str]) -> Output:
     """What every module answers (PX4: platforms/common/module_base.cpp); modules stay as they were started.
 
-    Its texts bear the name of the program, as on SITL; a module's own print_usage says first what it did not understand, and succeeds.
+    Its texts bear the name of the program, as on SITL; a module's own print_usage says first what it did not
+    understand, and succeeds.
     """
     what = arguments[0] if arguments else ""
     if what == "status":
