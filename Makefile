@@ -86,17 +86,20 @@ test: .venv/.dev-ready $(NODE)/node_modules/.package-lock.json ## every check: f
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(MAKE) --no-print-directory --jobs 3 --output-sync=line $(SUITES)
+	$(MAKE) --no-print-directory --jobs 4 --output-sync=line $(SUITES)
 
-# Side by side: half of the tests wait for vehicles that fly in real time. Those of a folder share ports and autopilots.
-SUITES := test-interop test-conformance test-others
+# Side by side: half of the tests wait for vehicles that fly in real time. Those of a folder share ports and autopilots;
+# flight and unit have none.
+SUITES := test-interop test-conformance test-missions test-unit
 .PHONY: $(SUITES)
 test-interop:
 	$(BIN)/python -m pytest -q -p no:cacheprovider tests/interop
 test-conformance:
 	$(BIN)/python -m pytest -q -p no:cacheprovider tests/conformance
-test-others:
-	$(BIN)/python -m pytest -q -p no:cacheprovider tests/missions tests/flight tests/unit
+test-missions:
+	$(BIN)/python -m pytest -q -p no:cacheprovider tests/missions
+test-unit:
+	$(BIN)/python -m pytest -q -p no:cacheprovider tests/flight tests/unit
 
 evaluate: .venv/.dev-ready compiled ## the agriculture mission over seeds 1 to 10: prints the table, fails where a row falls short
 	$(BIN)/python tools/evaluate.py agriculture
