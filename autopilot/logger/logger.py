@@ -11,11 +11,8 @@ Left out: SDLOG_MODE 3 (an auxiliary stick), the mission log (SDLOG_MISSION), cl
 """
 
 import hashlib
-import itertools
 import re
-import struct
 from collections.abc import Callable, Iterable
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,10 +21,10 @@ from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.logger import log_files, logged_topics, packing, ulog
 from sitl_emu.autopilot.logger.log_files import LogFile
 from sitl_emu.autopilot.logger.log_stream import LogStream
-from sitl_emu.autopilot.logger.packing import Row
 from sitl_emu.autopilot.logger.rows import commander as commander_rows
 from sitl_emu.autopilot.logger.rows import outside as outside_rows
 from sitl_emu.autopilot.logger.said import Said
+from sitl_emu.autopilot.logger.subscription import Group, Subscription
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import LoggerStatus, Topics
 from sitl_emu.core import c_types
@@ -69,60 +66,6 @@ SOFTWARE_RELEASE: Final = 17957119
 DATA_FORMAT: Final = 2
 """ver_data_format: latitudes and longitudes are doubles."""
 OUTPUTS: Final = 16
-TIMESTAMP = struct.Struct("<Q")
-"""The first field of every topic."""
-
-
-class Subscription:
-    """A logged topic in a running log."""
-
-    __slots__ = ("due_us", "every_tick", "header", "last", "message_id", "name", "pending", "row", "size", "timed")
-
-    def __init__(self, message_id: int, name: str, row: Row, timed: bool = True) -> None:
-        self.message_id, self.name, self.row = message_id, name, row
-        self.size = packing.size_of(name)
-        self.header = ulog.data_header(self.size, message_id)
-        self.timed = timed
-        """Whether our record says when it was made."""
-        self.last: Any = None
-        """The record that was logged last."""
-        self.due_us = 0
-        """When a state that has not changed is logged again."""
-        self.every_tick = False
-        """Whether `pending` has the record of each tick, new or not."""
-        self.pending: list[Any] = []
-        """Records that are yet to be packed: many together cost a third of what each costs alone, in a tick."""
-
-    def messages(self) -> list[bytes]:
-        """The data messages of what is pending."""
-        header, row, pending = self.header, self.row, self.pending
-        if self.every_tick:
-            found, self.last = (self.last, *pending), pending[-1]
-            pending = [record for before, record in itertools.pairwise(found) if record is not before]
-        packed = [header + row(record) for record in pending]
-        self.pending.clear()
-        return packed
-
-    def message(self, now_us: int, record: Any) -> bytes:
-        """The data message of one record; one that does not say when it was made gets the present time."""
-        data = self.row(record)
-        if not self.timed:
-            data = TIMESTAMP.pack(now_us) + data[TIMESTAMP.size :]
-        return self.header + data
-
-
-class Group:
-    """Subscriptions that are looked at together."""
-
-    __slots__ = ("due_us", "interval_us", "records", "states", "subscriptions")
-
-    def __init__(self, interval_us: int, states: bool, subscriptions: dict[Subscription, str]) -> None:
-        """`subscriptions` with the names of our topics."""
-        self.interval_us, self.states, self.subscriptions = interval_us, states, tuple(subscriptions)
-        self.due_us = 0
-        # attrgetter of one name returns the value, of several a tuple; the first one twice makes it always a tuple
-        sources = tuple(subscriptions.values())
-        self.records: Callable[[Topics], tuple[Any, ...]] = attrgetter(*sources, sources[0])
 
 
 class Logger:
@@ -430,6 +373,7 @@ class Logger:
             last = each.last
             if now_us < each.due_us and (record is last or record[int(each.timed) :] == last[int(each.timed) :]):
                 continue
+            # looks come up to so late: else every second one would be missed by that
             each.last, each.due_us = record, now_us + logged_topics.STATE_MS * 1000 - LOOK_US
             if not each.timed or record.timestamp:
                 self._buffer.append(each.message(now_us, record))

@@ -14,6 +14,7 @@ from sitl_emu.autopilot.topics import SensorCombined, SensorImu, Topics, Vector3
 EVERY: Final = 25
 """Samples, 4 ms apart: PX4 tells of them after 100 ms (kIMUStatusPublishingInterval)."""
 VIBRATION_WEIGHT: Final = 0.01
+"""Of a new sample (UpdateAccelVibrationMetrics, UpdateGyroVibrationMetrics)."""
 CONING_SHARE: Final = 1.0 / 12.0
 """Half of a sixth of the cross product of neighbouring delta angles (IntegratorConing)."""
 SAMPLE_S: Final = 0.004

@@ -76,7 +76,8 @@ class Relief:
         """Heights of the ground over home, of the map's cells, to place sightings by."""
         if self._placing and now_us >= self._due_us:
             self._due_us = now_us + EVERY_US
-            self._heights_m = np.nan_to_num(spread(ground(self.survey.terrain.means_m(), RESOLUTION_M), RESOLUTION_M))
+            known = ground(self.survey.terrain.means_m(), RESOLUTION_M)
+            self._heights_m = np.nan_to_num(spread(known, RESOLUTION_M))
             # a house that is flown over now is in no finished map yet
             now = self.survey.so_far()
             lowest = ground(now.means_m(), RESOLUTION_M, now.noises_m())
@@ -122,8 +123,8 @@ class Relief:
         """
         self.survey.finish()
         terrain, soundings = self.survey.adjusted()
-        kept_m = ground_on_hills(terrain.means_m(), terrain.resolution_m)
-        files.write_geotiff(path, terrain, *home, about(kept_m, terrain.sigmas_m(), terrain.resolution_m))
+        kept_m = ground_on_hills(terrain.means_m(), RESOLUTION_M)
+        files.write_geotiff(path, terrain, *home, about(kept_m, terrain.sigmas_m(), RESOLUTION_M))
         at_home = [one.height_m for one in soundings if math.hypot(one.north_m, one.east_m) <= HOME_M]
         return float(np.median(at_home)) if at_home else 0.0
 
@@ -134,7 +135,7 @@ def _along(from_m: Corner, course_rad: float, by_m: float) -> Corner:
 
 def _farthest(terrain: TerrainMap, here_m: Corner, course_rad: float, within_m: float) -> float:
     """The height of the farthest ground that is known on a course, or lies among such; NaN where there is none."""
-    heights_m = spread(ground(terrain.means_m(), terrain.resolution_m, terrain.noises_m()), terrain.resolution_m)
+    heights_m = spread(ground(terrain.means_m(), RESOLUTION_M, terrain.noises_m()), RESOLUTION_M)
     for away_m in np.arange(within_m, -RESOLUTION_M, -RESOLUTION_M).tolist():
         row, column = (int(at) for at in terrain.cell(*_along(here_m, course_rad, away_m)))
         inside = 0 <= row < terrain.shape[0] and 0 <= column < terrain.shape[1]

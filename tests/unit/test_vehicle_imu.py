@@ -39,3 +39,19 @@ def test_white_noise_shakes_by_the_mean_length_of_its_changes() -> None:
     assert told.accel_vibration_metric == pytest.approx(math.sqrt(2.0 / math.pi) * change, rel=0.25)
     assert told.var_gyro == pytest.approx((NOISE**2,) * 3, rel=0.7)
     assert told.delta_angle_coning_metric > 0.0
+
+
+def test_it_is_told_ten_times_a_second_of_all_samples() -> None:
+    """A jolt in the last tick of one status is over in the first of the next: both changes count."""
+    topics, told = Topics(), []
+    imu = VehicleImu(topics)
+    for n in range(1, 251):
+        accel = (0.0, 0.0, -9.0 if n == 25 else -10.0)
+        topics.sensor_imu = SensorImu(n * TICK_US, (0.0, 0.0, 0.0), accel)
+        topics.sensor_combined = SensorCombined(n * TICK_US, (0.0, 0.0, 0.0), accel)
+        imu.update(n * TICK_US)
+        if topics.vehicle_imu_status.timestamp == n * TICK_US:
+            told.append(topics.vehicle_imu_status)
+    assert [one.timestamp for one in told] == list(range(100_000, 1_000_001, 100_000))
+    assert told[0].accel_vibration_metric == pytest.approx(0.01)
+    assert told[1].accel_vibration_metric == pytest.approx((0.01 * 0.99 + 0.01) * 0.99**24)

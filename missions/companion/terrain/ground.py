@@ -37,8 +37,9 @@ window of filters.elm, which takes the lowest alone; ours are two where a corner
 BESIDE_CELLS = 1.5
 """Nearer than that are the eight cells about one."""
 LEAST_WEIGHT = 1e-3
+"""Of all heights about a place: where there is less, none is known; ours."""
 AMONG_M, AMONG = 1.5, 0.02
-"""The same in a map that is kept, and the least weight there: it ends 2.4 m from a single cell; ours."""
+"""How far a height tells in a map that is kept, and the least weight there: it ends 2.4 m from a single cell; ours."""
 
 
 def ground(means_m: Grid, resolution_m: float, noises_m: Grid | float = 0.0) -> Grid:
@@ -64,10 +65,9 @@ def ground_on_hills(means_m: Grid, resolution_m: float) -> Grid:
     """
     found = ground(means_m, resolution_m)
     for _ in range(HILL_ROUNDS):
-        before, found = (
-            found,
-            np.where(np.isfinite(ground(means_m - _hills(found, resolution_m), resolution_m)), means_m, np.nan),
-        )
+        before = found
+        over_m = means_m - _hills(found, resolution_m)
+        found = np.where(np.isfinite(ground(over_m, resolution_m)), means_m, np.nan)
         if np.array_equal(found, before, equal_nan=True):
             break
     return found
