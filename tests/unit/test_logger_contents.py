@@ -7,6 +7,7 @@ import math
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pyulog import ULog
 from pyulog.px4 import PX4ULog
@@ -281,6 +282,8 @@ def test_same_seed_same_log_and_px4s_tools_read_it(tmp_path: Path, model: str) -
     px4.add_roll_pitch_yaw()
     assert px4.get_mav_type() == ("Ground Rover" if "rover" in model else "Hexarotor")
     assert abs(read.get_dataset("vehicle_attitude").data["roll"][-1]) < 0.1
+    for topic in ("vehicle_attitude", "vehicle_local_position"):
+        assert np.median(np.diff(read.get_dataset(topic).data["timestamp"])) == 8_000, "each that is told"
     convert_ulog2csv(str(log), "vehicle_attitude,vehicle_local_position,battery_status", str(tmp_path), ",", None, None)
     assert len(list(tmp_path.glob("*.csv"))) == 3
 
