@@ -201,7 +201,8 @@ class MulticopterControl:
         flying = takeoff.state >= TakeoffState.FLIGHT
         if not direct and not by_sticks:
             self._slew_tilt_limit(self._tilt_air if flying else self._tilt_land, dt)
-        topics.takeoff_status = TakeoffStatus(now_us, int(takeoff.state), self._tilt_limit)
+        if topics.takeoff_status[1:] != (takeoff.state, self._tilt_limit):
+            topics.takeoff_status = TakeoffStatus(now_us, int(takeoff.state), self._tilt_limit)
         self._update_hover_thrust(now_us, dt, armed)
         hover = topics.hover_thrust_estimate
         self._manual.follow(now_us, dt, status, landed.landed, hover.hover_thrust if hover.valid else None)

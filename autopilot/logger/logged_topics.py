@@ -6,8 +6,10 @@ from typing import NamedTuple
 from sitl_emu.autopilot.logger.packing import Row
 from sitl_emu.autopilot.logger.rows import commander, control, estimator, navigator, outside, sensors
 
-STATE_MS = 500
-"""PX4 publishes states that do not change twice a second."""
+STATE_MS, SLOW_STATE_MS, ON_CHANGE = 500, 1000, 0
+"""So often PX4 publishes a state that does not change: commander twice a second, the land detector and switches every
+second (LandDetector.cpp, rc_update.cpp), others never. vehicle_constraints it publishes all the time, and logs every
+second."""
 TRUTH = "groundtruth"
 ESTIMATOR_MS = 10
 """So often PX4's simulation logs whatever the estimator tells, at most; ours tells what changes at every step of its
@@ -19,12 +21,13 @@ class LoggedTopic(NamedTuple):
 
     name: str
     interval_ms: int
-    """At most so often; 0: each."""
+    """At most so often; 0: each. A state that does not change: so often; 0: never again."""
     row: Row
     of: str = ""
     """Name of our topic, where it is another."""
     state: bool = False
-    """A state changes rarely, and its writer may repeat it all the time: it is logged when it changes, else seldom."""
+    """A state changes rarely, and its writer may repeat it all the time: it is logged when it changes, else as PX4
+    publishes it. A topic of which our record does not say when it was made is one."""
     module: str = ""
     """PX4's module that publishes it, where that does not run on every kind of vehicle."""
 
@@ -61,17 +64,17 @@ COMMON = (
     LoggedTopic("vehicle_global_position", 0, estimator.vehicle_global_position),
     *(LoggedTopic(name, ESTIMATOR_MS, row) for name, row in estimator.OWN_NAMES.items()),
     LoggedTopic("wind", 1000, estimator.wind),
-    LoggedTopic("vehicle_land_detected", STATE_MS, estimator.vehicle_land_detected, state=True),
+    LoggedTopic("vehicle_land_detected", SLOW_STATE_MS, estimator.vehicle_land_detected, state=True),
     LoggedTopic("vehicle_control_mode", STATE_MS, commander.vehicle_control_mode, "vehicle_status", state=True),
     LoggedTopic("failsafe_flags", STATE_MS, commander.failsafe_flags, state=True),
     LoggedTopic("failure_detector_status", 100, commander.failure_detector_status),
     LoggedTopic("config_overrides", STATE_MS, commander.config_overrides, state=True),
-    LoggedTopic("home_position", STATE_MS, commander.home_position, state=True),
+    LoggedTopic("home_position", ON_CHANGE, commander.home_position, state=True),
     LoggedTopic("actuator_armed", STATE_MS, commander.actuator_armed, state=True),
     LoggedTopic("cpuload", 0, commander.cpuload),
     LoggedTopic("position_setpoint_triplet", 200, navigator.position_setpoint_triplet),
-    LoggedTopic("vehicle_roi", 1000, navigator.vehicle_roi),
-    LoggedTopic("mission_result", STATE_MS, navigator.mission_result, state=True),
+    LoggedTopic("vehicle_roi", ON_CHANGE, navigator.vehicle_roi, state=True),
+    LoggedTopic("mission_result", ON_CHANGE, navigator.mission_result, state=True),
     LoggedTopic("navigator_status", 0, navigator.navigator_status),
     LoggedTopic("navigator_mission_item", 0, navigator.navigator_mission_item),
     LoggedTopic("rtl_time_estimate", 1000, navigator.rtl_time_estimate),
@@ -80,13 +83,15 @@ COMMON = (
     LoggedTopic("actuator_outputs", 100, control.actuator_outputs),
     LoggedTopic("offboard_control_mode", 100, control.offboard_control_mode, "offboard_setpoint"),
     LoggedTopic("manual_control_setpoint", 200, outside.manual_control_setpoint),
-    LoggedTopic("manual_control_switches", STATE_MS, outside.manual_control_switches, state=True),
+    LoggedTopic("manual_control_switches", SLOW_STATE_MS, outside.manual_control_switches, state=True),
     LoggedTopic("input_rc", 500, outside.input_rc),
-    LoggedTopic("gripper", STATE_MS, outside.gripper, state=True),
+    LoggedTopic("gripper", ON_CHANGE, outside.gripper, state=True),
 )
 OF_SOME_KINDS = (
     LoggedTopic("trajectory_setpoint", 200, control.trajectory_setpoint, module="flight_mode_manager"),
-    LoggedTopic("vehicle_constraints", 1000, control.vehicle_constraints, module="flight_mode_manager"),
+    LoggedTopic(
+        "vehicle_constraints", SLOW_STATE_MS, control.vehicle_constraints, state=True, module="flight_mode_manager"
+    ),
     LoggedTopic("landing_gear", 200, control.landing_gear, module="flight_mode_manager"),
     LoggedTopic(
         "vehicle_local_position_setpoint", 100, control.vehicle_local_position_setpoint, module="mc_pos_control"

@@ -264,17 +264,16 @@ class Logger:
         for topic in topics:
             record = getattr(self._topics, topic.source)
             timed = hasattr(record, "timestamp")
-            each = Subscription(len(self._subscriptions), topic.name, topic.row, timed)
-            if timed and record.timestamp == 0:
+            each = Subscription(len(self._subscriptions), topic.name, topic.row, timed, topic.interval_ms * 1000)
+            if not topic.state and record.timestamp == 0:
                 each.last = record  # nobody has written it yet
             self._subscriptions.append(each)
             if topic.interval_ms == 0 and topic.source in FAST:
                 each.every_tick = True
                 every_tick.append((each.pending.append, topic.source))
                 continue
-            states = topic.state or not timed
-            interval_us = STATE_CHECK_US if states else max(topic.interval_ms * 1000, LOOK_US)
-            groups.setdefault((interval_us, states), {})[each] = topic.source
+            interval_us = STATE_CHECK_US if topic.state else max(topic.interval_ms * 1000, LOOK_US)
+            groups.setdefault((interval_us, topic.state), {})[each] = topic.source
         self._groups = tuple(Group(*key, groups[key]) for key in sorted(groups))
         self._every_tick = tuple(every_tick)
         self._flush_us = self._sync_us = now_us + SYNC_US
@@ -370,13 +369,15 @@ class Logger:
 
     def _look_at_states(self, now_us: int, pairs: Iterable[tuple[Subscription, Any]]) -> None:
         for each, record in pairs:
-            last = each.last
-            if now_us < each.due_us and (record is last or record[int(each.timed) :] == last[int(each.timed) :]):
+            if each.timed and not record.timestamp:
+                continue  # nobody has written it yet
+            last, said = each.last, int(each.timed)
+            same = record is last or (last is not None and record[said:] == last[said:])
+            if same and (not each.repeat_us or now_us < each.due_us):
                 continue
             # looks come up to so late: else every second one would be missed by that
-            each.last, each.due_us = record, now_us + logged_topics.STATE_MS * 1000 - LOOK_US
-            if not each.timed or record.timestamp:
-                self._buffer.append(each.message(now_us, record))
+            each.last, each.due_us = record, now_us + each.repeat_us - LOOK_US
+            self._buffer.append(each.message(now_us, record))
 
     def _flush(self, now_us: int) -> None:
         """Pack what has gathered, and write and stream it."""

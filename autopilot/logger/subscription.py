@@ -17,10 +17,14 @@ TIMESTAMP = struct.Struct("<Q")
 class Subscription:
     """A logged topic in a running log."""
 
-    __slots__ = ("due_us", "every_tick", "header", "last", "message_id", "name", "pending", "row", "size", "timed")
+    __slots__ = (
+        "due_us", "every_tick", "header", "last", "message_id", "name", "pending", "repeat_us", "row", "size", "timed",
+    )  # fmt: skip
 
-    def __init__(self, message_id: int, name: str, row: Row, timed: bool = True) -> None:
+    def __init__(self, message_id: int, name: str, row: Row, timed: bool = True, repeat_us: int = 0) -> None:
         self.message_id, self.name, self.row = message_id, name, row
+        self.repeat_us = repeat_us
+        """After what time a state that has not changed is logged again; 0: never."""
         self.size = packing.size_of(name)
         self.header = ulog.data_header(self.size, message_id)
         self.timed = timed
@@ -28,7 +32,7 @@ class Subscription:
         self.last: Any = None
         """The record that was logged last."""
         self.due_us = 0
-        """When a state that has not changed is logged again."""
+        """Then it is."""
         self.every_tick = False
         """Whether `pending` has the record of each tick, new or not."""
         self.pending: list[Any] = []

@@ -27,6 +27,7 @@ from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     ActuatorOutputs,
     InputRc,
+    MissionResult,
     Topics,
     VehicleAttitude,
     VehicleCommand,
@@ -241,6 +242,24 @@ def test_states_are_logged_when_they_change_and_twice_a_second(tmp_path: Path) -
     assert 10 <= len(data["timestamp"]) <= 13
     armed_at_us = data["timestamp"][list(data["arming_state"]).index(2)]
     assert 2_000_000 <= armed_at_us <= 2_120_000
+
+
+def test_records_without_a_time_are_states() -> None:
+    topics = Topics()
+    for topic in (*logged_topics.COMMON, *logged_topics.OF_SOME_KINDS):
+        assert topic.state or hasattr(getattr(topics, topic.source), "timestamp"), topic.name
+
+
+def test_what_px4_publishes_on_change_alone_is_logged_so(tmp_path: Path) -> None:
+    """mission_result (Navigator::publish_mission_result): first as it is, and no more until it changes."""
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(1.0)
+    for seq_reached in (*[MissionResult().seq_reached] * 500, *[3] * 500):
+        rig.topics.mission_result = MissionResult(rig.now_us + TICK_US, seq_reached=seq_reached)
+        rig.run(TICK_US * 1e-6)
+    rig.logger.shut_down()
+    data = rig.read(FIRST).get_dataset("mission_result").data
+    assert list(data["seq_reached"]) == [MissionResult().seq_reached, 3]
 
 
 @pytest.mark.parametrize(
