@@ -247,7 +247,7 @@ def launch(
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other --world.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other --world and noise.")] = 1,
     per_process: Annotated[
         int | None,
         typer.Option(

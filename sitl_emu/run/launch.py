@@ -55,7 +55,7 @@ class Options(NamedTuple):
     world: str | None = None
     """The world that they share, by its kind or its file; None: a level plain."""
     seed: int = 1
-    """The world's."""
+    """Of the world, and of the noise of all sensors."""
     tlog: Path | None = None
     """The folder of the telemetry logs; None: none are kept."""
     video: bool = False
@@ -117,7 +117,7 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     from sitl_emu.run.launched import Crew, Launched
     from sitl_emu.run.pacing import unix_time_us
 
-    here = site.plain(options.home)
+    here = site.plain(options.home, options.seed)
     if options.world is not None:
         here = site.in_world(options.world, options.seed, say, parcels=options.parcels)
     launched = [
@@ -193,7 +193,7 @@ def _ros_line(wanted: Sequence[Wanted]) -> str:
 
 def port_table(wanted: Sequence[Wanted]) -> str:
     """Who listens and sends where, for people."""
-    rows = [("vehicle", "system id", "ground station", "MAVSDK / companion", "simulator seed")]
+    rows = [("vehicle", "system id", "ground station", "MAVSDK / companion")]
     for model, instance in wanted:
         gcs, onboard = ports.gcs(instance), ports.onboard(instance)
         rows.append(
@@ -202,7 +202,6 @@ def port_table(wanted: Sequence[Wanted]) -> str:
                 str(ports.system_id(instance)),
                 f"udp {gcs.remote} (from {gcs.local})",
                 f"udp {onboard.remote} (from {onboard.local})",
-                str(instance),
             )
         )
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]

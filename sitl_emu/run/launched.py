@@ -185,7 +185,7 @@ def _photographer(crew: Crew, simulation: Simulation) -> "Photographer | None":
         sitters.append(Sitter(_name(each, instance), model, each, root, video, ring))
     # what ROS 2 hears comes as often in simulated time as a camera has it
     clock = (lambda: simulation.simulators[0].time_usec * 1e-6) if crew.dds else clock_s
-    return Photographer(crew.site.world, simulation, sitters, clock)
+    return Photographer(crew.site.world, crew.site.seed, simulation, sitters, clock)
 
 
 def _ros(
@@ -211,9 +211,8 @@ def _ros(
         return next((host.dds_start_us for host in hosts if not host.off), None)
 
     measures = any(each.depth is not None or each.lidar is not None for each in vehicles)
-    ranges = (
-        RangeFeeds(vehicles, [each.model for each in crew.vehicles], simulation, crew.site.world) if measures else None
-    )
+    models_of = [each.model for each in crew.vehicles]
+    ranges = RangeFeeds(vehicles, models_of, simulation, crew.site.world, crew.site.seed) if measures else None
     return RosLine(vehicles, simulation, photographer, start_us, time_0_us, say, ranges)
 
 
@@ -237,7 +236,7 @@ def _ros_vehicle(crew: Crew, vehicle: Launched) -> "RosVehicleData":
 
 
 def _name(data: Vehicle, instance: int) -> str:
-    """A vehicle's, in pictures of others, and before its frames in ROS 2."""
+    """A vehicle's: of its noise, in pictures of others, and before its frames in ROS 2."""
     return f"{data.model}-{instance}"
 
 
@@ -250,7 +249,7 @@ def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:
     data = models.load(vehicle.model)
     if crew.parcels and data.release is not None:
         data = with_parcel(data, {})
-    return crew.site.simulator(data, vehicle.place, vehicle.instance, data.model)
+    return crew.site.simulator(data, vehicle.place, _name(data, vehicle.instance))
 
 
 def _allow_files() -> None:

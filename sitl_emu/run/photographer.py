@@ -86,15 +86,16 @@ class Photographer:
     def __init__(
         self,
         world: World,
+        seed: int,
         simulation: Simulation,
         sitters: Sequence[Sitter],
         clock: Callable[[], float] = clock_s,
     ) -> None:
         """`sitters` in the order of the simulation. Raises OSError where the world can't be kept for a while.
 
-        `clock`: by which frames are drawn, s.
+        `seed`: of the cameras' noise. `clock`: by which frames are drawn, s.
         """
-        self._simulation, self._sitters, self._clock = simulation, sitters, clock
+        self._seed, self._simulation, self._sitters, self._clock = seed, simulation, sitters, clock
         self._folder = tempfile.TemporaryDirectory(prefix="sitl_emu-")
         self._world = worlds.keep(world, Path(self._folder.name))
         (Path(self._folder.name) / "logs").mkdir()
@@ -218,7 +219,7 @@ class Photographer:
         config = CameraConfig(
             folder=self._folder.name,
             start_us=0,
-            seed=0,
+            seed=self._seed,
             name=sitter.name,
             world=str(self._world),
             camera=camera,

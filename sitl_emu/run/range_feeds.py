@@ -79,9 +79,11 @@ class RangeFeeds:
     """Has frames measured, and says when they lie in their rings."""
 
     def __init__(
-        self, vehicles: Sequence[RosVehicleData], models: Sequence[str], simulation: Simulation, world: World
+        self, vehicles: Sequence[RosVehicleData], models: Sequence[str], simulation: Simulation, world: World, seed: int
     ) -> None:
         """`vehicles` and their `models` (as `vehicles.load` takes them) in the order of the simulation.
+
+        `seed`: of what is measured.
 
         Raises OSError where the world can't be kept for a while.
         """
@@ -90,7 +92,9 @@ class RangeFeeds:
         folder = Path(self._folder.name)
         (folder / "logs").mkdir()
         kept = worlds.keep(world, folder)
-        self._feeds = [_started(place, name, each, kept) for place, each in enumerate(vehicles) for name in _of(each)]
+        self._feeds = [
+            _started(place, name, each, kept, seed) for place, each in enumerate(vehicles) for name in _of(each)
+        ]
         self.complaints: list[str] = []
         """Of what is not measured any more, for people; emptied by who tells them."""
 
@@ -150,12 +154,12 @@ def _of(vehicle: RosVehicleData) -> list[str]:
     return [name for name, described in ((DEPTH, vehicle.depth), (LIDAR, vehicle.lidar)) if described is not None]
 
 
-def _started(place: int, name: str, vehicle: RosVehicleData, world: Path) -> _Feed:
+def _started(place: int, name: str, vehicle: RosVehicleData, world: Path, seed: int) -> _Feed:
     ring = vehicle.rings[name]
     config = RangeConfig(
         folder=str(world.parent),
         start_us=0,
-        seed=0,
+        seed=seed,
         name=vehicle.name,
         world=str(world),
         ring=RingData(name=ring, slots=RING_SLOTS),

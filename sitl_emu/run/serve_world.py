@@ -64,7 +64,7 @@ def serve_world(
 
     signal.signal(signal.SIGTERM, stop)
     try:
-        simulators = [here.simulator(each, place, seed, f"vehicle{place}") for place, each in enumerate(described)]
+        simulators = [here.simulator(each, place, f"vehicle{place}") for place, each in enumerate(described)]
         for place, model in enumerate(models):
             say(f"{model}: waiting for its autopilot on TCP {ports.simulator(instance + place)}")
         channels = [OutsideChannel(each.accept(), vehicle) for each, vehicle in zip(listeners, described, strict=True)]

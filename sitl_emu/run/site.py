@@ -22,6 +22,8 @@ class Site(NamedTuple):
     home: Home
     """The world's origin, and the heading of all vehicles."""
     terrain: Terrain
+    seed: int
+    """Of the world, and of the noise of all sensors."""
     wind: Wind | None = None
     north_m: float = 0.0
     east_m: float = 0.0
@@ -32,13 +34,13 @@ class Site(NamedTuple):
     world: "World | None" = None
     """The world itself; None where there is nothing to see."""
 
-    def simulator(self, vehicle: Vehicle, place: int, seed: int, name: str) -> VehicleSimulator:
-        """The simulator of a vehicle at the `place`th place of the row, at rest."""
+    def simulator(self, vehicle: Vehicle, place: int, name: str) -> VehicleSimulator:
+        """The simulator of a vehicle at the `place`th place of the row, at rest; its `name` chooses its noise."""
         east_m = self.east_m + place * SPACING_M
         return VehicleSimulator(
             vehicle,
             self.home,
-            seed,
+            self.seed,
             self.terrain,
             self.wind,
             self.north_m,
@@ -49,9 +51,9 @@ class Site(NamedTuple):
         )
 
 
-def plain(home: Home) -> Site:
+def plain(home: Home, seed: int) -> Site:
     """A level plain without end and without wind; nothing is loaded for it."""
-    return Site(home, FlatGround())
+    return Site(home, FlatGround(), seed)
 
 
 def in_world(name: str, seed: int, say: Callable[[str], None], *, parcels: bool = False) -> Site:
@@ -68,4 +70,4 @@ def in_world(name: str, seed: int, say: Callable[[str], None], *, parcels: bool 
         worlds.expect_parcels(world)
     home = world.places.get("home") or next(iter(world.places.values()))
     origin = world.home._replace(heading_deg=home.heading_deg)
-    return Site(origin, world.terrain, world.wind, home.north_m, home.east_m, world.solids, world.areas, world)
+    return Site(origin, world.terrain, seed, world.wind, home.north_m, home.east_m, world.solids, world.areas, world)

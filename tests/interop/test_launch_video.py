@@ -82,7 +82,7 @@ def is_there(look: tuple[float, float], value: Any) -> bool:
 def test_the_picture_is_that_of_the_world_and_follows_the_gimbal(watched: Watched) -> None:
     here = site.in_world(str(YARD), 1, print)
     data = vehicles.load("m600")
-    simulator = here.simulator(data, 0, INSTANCE, data.model)
+    simulator = here.simulator(data, 0, f"{data.model}-{INSTANCE}")
     for _ in range(250):
         simulator.tick(None)
     described = cameras.of_data(data)
@@ -106,7 +106,7 @@ def test_the_picture_is_that_of_the_world_and_follows_the_gimbal(watched: Watche
 
 def test_the_picture_and_its_announced_field_of_view_follow_the_zoom(watched: Watched, ground: Any) -> None:
     here, data = site.in_world(str(YARD), 1, print), vehicles.load("m600")
-    simulator = here.simulator(data, 0, INSTANCE, data.model)
+    simulator = here.simulator(data, 0, f"{data.model}-{INSTANCE}")
     for _ in range(250):
         simulator.tick(None)
     described = cameras.of_data(data)

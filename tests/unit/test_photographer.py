@@ -56,7 +56,7 @@ class Bench:
         here = site.in_world(str(YARD), 1, print)
         assert here.world is not None
         data = [vehicles.load(model) for model in ("iris", "rover")]
-        simulators = [here.simulator(each, place, place, each.model) for place, each in enumerate(data)]
+        simulators = [here.simulator(each, place, f"{each.model}-{place}") for place, each in enumerate(data)]
         self.ring = RingData(name=f"sitl_emu-test-{os.getpid()}-photographer", slots=8)
         self.simulation = Simulation(simulators, here.solids, here.areas)
         self.simulation.tick([None, None])
@@ -65,7 +65,7 @@ class Bench:
             Sitter(each.model, each.model, each, folder, to, ring)
             for each, to, ring in zip(data, videos, (self.ring if read else None, None), strict=True)
         ]
-        self.photographer = Photographer(here.world, self.simulation, sitters, lambda: self.now_s)
+        self.photographer = Photographer(here.world, here.seed, self.simulation, sitters, lambda: self.now_s)
 
     def heard(self, camera: int = 0) -> list[Message]:
         """What a camera's process was told since."""

@@ -46,7 +46,8 @@ class Bench:
         here = site.in_world(str(YARD), 1, print)
         assert here.world is not None
         simulators = [
-            here.simulator(data, place, place, data.model) for place, data in enumerate((vehicles.load("rover"), M600))
+            here.simulator(data, place, f"{data.model}-{place}")
+            for place, data in enumerate((vehicles.load("rover"), M600))
         ]
         self.simulation = Simulation(simulators, here.solids, here.areas)
         depth, lidar = of_data(DATA)
@@ -55,7 +56,7 @@ class Bench:
             RosVehicleData(name="rover-0", instance=0, range_finder=False, rings={}),
             RosVehicleData(name="m600-1", instance=1, range_finder=True, depth=depth, lidar=lidar, rings=rings),
         ]
-        self.feeds = RangeFeeds(told, ["rover", "m600"], self.simulation, here.world)
+        self.feeds = RangeFeeds(told, ["rover", "m600"], self.simulation, here.world, here.seed)
 
     def heard(self, feed: int) -> list[Message]:
         heard = list[Message]()

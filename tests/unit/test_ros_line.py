@@ -55,7 +55,7 @@ class Bench:
 
         monkeypatch.setattr(ros_line, "start_process", start)
         data = vehicles.load("m600")
-        self.simulation = Simulation([site.plain(Home(47.4, 8.5, 490.0, 0.0)).simulator(data, 0, 0, "m600")])
+        self.simulation = Simulation([site.plain(Home(47.4, 8.5, 490.0, 0.0), 1).simulator(data, 0, "m600-0")])
         self.photographer = photographer()
         self.said: list[str] = []
         self.time_0_us: int | None = START_US
