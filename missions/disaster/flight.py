@@ -59,8 +59,9 @@ ASIDE_M = 6.0
 """So far from a place it goes on to another without climbing: what is about is mapped, and half of the column of air
 that others keep clear of (`airspace.COLUMN_M`) is left; ours."""
 CHOOSE_EVERY_US, FOLLOW_EVERY_US = 500_000, 1_000_000
-LOOKS_FROM_M = 6.0
-"""Frames from lower than this are not looked at."""
+LOOKS_FROM_M, LOOKS_WITHIN_RAD = 6.0, math.radians(45.0)
+"""Frames from lower than this are not looked at, nor those of a camera that looks farther off straight down: no
+autopilot leans so far by itself (PX4's MPC_TILTMAX_AIR), and who falls would tell of places where nothing is."""
 WHOLE = 0.75
 """Of the scan's height: from lower a picture shows single pieces of what lies scattered. The network sees less of a
 ruin then, 0.33 of it instead of 0.66 (`disaster-debris`, seeds 21 to 26, below 12 m and above 15 m), and more of what

@@ -18,6 +18,7 @@ options alike: `members` (their MAVLink systems), `datum_amsl_m`, `swarm_key`; a
 key of its seed, where several vehicles have this mission with the same options.
 """
 
+import math
 from collections.abc import Sequence
 
 from sitl_emu.core import dialect as mavlink
@@ -32,7 +33,7 @@ from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.spotter import Origin, camera_pose_at, camera_sweep_at, position
 from sitl_emu.missions.disaster import telling
 from sitl_emu.missions.disaster.drop import View
-from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, Flight
+from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, LOOKS_WITHIN_RAD, Flight
 from sitl_emu.missions.disaster.settings import Settings, settings_of
 from sitl_emu.missions.disaster.sight import Eye, Sight
 from sitl_emu.missions.disaster.sightings import Sightings
@@ -93,11 +94,12 @@ class Responder:
         return self.flight.looking
 
     def wants_frame(self, frame_time_us: int) -> float | None:
-        """Frames taken high enough, as long as it looks at all."""
+        """Frames taken high enough and from above, as long as it looks at all."""
         flight, rate_hz = self.flight, self.settings.perception.look_rate_hz
         if not flight.looking or (rate_hz and frame_time_us < self._look_us):
             return None
-        if self._onboard.telemetry.pose_at(frame_time_us) is None or flight.over_ground_m < LOOKS_FROM_M:
+        pose = camera_pose_at(self._onboard.telemetry, frame_time_us, self.settings.mount, Origin(*flight.home))
+        if pose is None or pose.to_ned[2, 2] < math.cos(LOOKS_WITHIN_RAD) or flight.over_ground_m < LOOKS_FROM_M:
             return None
         if rate_hz:
             self._look_us = max(self._look_us + round(1e6 / rate_hz), frame_time_us)

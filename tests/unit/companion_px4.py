@@ -110,7 +110,7 @@ class FakePx4:
         self.north_m, self.east_m, self.up_m = north_m, east_m, 0.0
         self.start = (north_m, east_m)
         self.velocity = (0.0, 0.0, 0.0)
-        self.yaw = 0.0
+        self.yaw = self.pitch = 0.0
         self.mode, self.armed, self.ready_us = HOLD, False, 2_000_000
         self.missions = MissionServer()
         self.seq = 0
@@ -177,7 +177,11 @@ class FakePx4:
         lon = self.home[1] + self.east_m / METRES_PER_DEG / math.cos(math.radians(self.home[0]))
         v_n, v_e, v_d = (round(v * 100) for v in self.velocity)
         if self._due(now_us, "position", 50_000):
-            half = self.yaw / 2.0
+            yaw, pitch = self.yaw / 2.0, self.pitch / 2.0
+            q = (
+                math.cos(yaw) * math.cos(pitch), -math.sin(yaw) * math.sin(pitch),
+                math.cos(yaw) * math.sin(pitch), math.sin(yaw) * math.cos(pitch),
+            )  # fmt: skip
             out += [
                 mavlink.MAVLink_global_position_int_message(
                     ms,
@@ -190,7 +194,7 @@ class FakePx4:
                     v_d,
                     0,
                 ),
-                mavlink.MAVLink_attitude_quaternion_message(ms, math.cos(half), 0, 0, math.sin(half), 0, 0, 0),
+                mavlink.MAVLink_attitude_quaternion_message(ms, *q, 0, 0, 0),
             ]
         if self._due(now_us, "slow", 500_000):
             health = 0x10000000 if now_us >= self.ready_us else 0

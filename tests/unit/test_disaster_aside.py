@@ -1,5 +1,7 @@
 """Aside from the line to a place for the parcel: one that lasts, that a front has reached, or none at all."""
 
+import math
+
 import pytest
 from shapely import Point, box
 
@@ -28,6 +30,17 @@ def test_who_is_low_over_a_place_that_the_front_has_reached_goes_on_to_another()
     ((_, north_m, east_m),) = sky.parcels
     assert 0.5 < sky.ponds.distance(Point(north_m, east_m)) < 5.0
     assert [event.kind for _, _, event in sky.events].count("target_confirmed") == 1
+
+
+@pytest.mark.parametrize(("pitch_deg", "looks"), [(-40.0, True), (-50.0, False), (130.0, False)])
+def test_who_leans_farther_than_any_autopilot_does_looks_at_nothing(pitch_deg: float, looks: bool) -> None:
+    """Who falls: what it takes for the ground is elsewhere."""
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+    assert sky.fly(300.0, then=lambda sky: sky.tells(1, "line_scanned"))
+    sky.quads[1].pitch = math.radians(pitch_deg)
+    since_us = sky.now_us
+    sky.fly(300.0, then=lambda sky: sky.now_us > since_us + 1_000_000)
+    assert (sky.companions[1].wants_frame(sky.now_us // 1000 * 1000) is not None) is looks
 
 
 def test_a_place_has_to_be_one_for_a_moment() -> None:
