@@ -12,6 +12,7 @@ from sitl_emu.autopilot.shell.commands import COMMANDS
 from sitl_emu.autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
 from sitl_emu.autopilot.storage.dataman import FENCE, Plan
 from sitl_emu.autopilot.topics import (
+    ActuatorOutputs,
     EstimatorStatus,
     HomePosition,
     PositionSetpointTriplet,
@@ -325,6 +326,23 @@ def test_modules_say_whether_they_run() -> None:
     assert console.output("commander start") == (
         "ERROR [px4] Task already running\nCommand 'commander' failed, returned -1.\n"
     )
+
+
+def test_outputs_tell_their_functions_and_what_they_carry() -> None:
+    """pwm_out_sim, as a real one prints it: disarmed 900, a rover's armed and at rest 1500."""
+    ends = "failsafe: 600.00, disarmed: 900, min: 1000, max: 2000, center: 0\n"
+    hexacopter, rover = Console("sihsim_hex"), Console("sihsim_rover_ackermann")
+    printed = hexacopter.output("pwm_out_sim status").splitlines(keepends=True)
+    assert printed[2:6] == [
+        "INFO  [mixer_module] Param prefix: PWM_MAIN\n",
+        "control latency: 0 events, 0us elapsed, 0.00us avg, min 0us max 0us 0.000us rms\n",
+        "INFO  [mixer_module] Switched to rate_ctrl work queue\n",
+        "Channel Configuration:\n",
+    ]
+    assert printed[11] == f"Channel  5: func: 106, value: 900.00, {ends}"
+    assert printed[12] == f"Channel  6: func:   0, value: 900.00, {ends}" and len(printed) == 22
+    rover.autopilot.topics.actuator_outputs = ActuatorOutputs(1, (0.0, 0.0), (1500, 1500))
+    assert f"Channel  0: func: 201, value: 1500.00, {ends}" in rover.output("pwm_out_sim status")
 
 
 def test_what_a_module_does_not_understand_is_said_and_no_failure_but_the_commanders() -> None:

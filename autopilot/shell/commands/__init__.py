@@ -21,6 +21,7 @@ from sitl_emu.autopilot.shell.commands import (
     navigator,
     param,
     payload_deliverer,
+    pwm_out_sim,
     sensors,
     shutdown,
     sleep,
@@ -32,12 +33,16 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 MODULES: dict[str, module.Runs] = {
     **{name: module.of_kind(name) for kind in VehicleKind for name in sorted(kind.traits.modules)},
+    "battery_simulator": module.always,
     "camera_trigger": module.was_started(CameraTrigger),
+    "failure_injection_manager": module.always,
     "gimbal": module.was_started(Gimbal),
     "load_mon": module.always,
     "manual_control": module.always,
     "mc_autotune_attitude_control": module.was_started(McAutotune),
     "rc_update": module.always,
+    "system_power_simulator": module.always,
+    "tone_alarm": module.always,
 }
 COMMANDS: dict[str, Command] = {
     **{name: module.command(name, runs) for name, runs in MODULES.items()},
@@ -53,6 +58,7 @@ COMMANDS: dict[str, Command] = {
     "navigator": navigator.main,
     "param": param.main,
     "payload_deliverer": payload_deliverer.main,
+    "pwm_out_sim": pwm_out_sim.main,
     "sensors": sensors.main,
     "shutdown": shutdown.main,
     "sleep": sleep.main,

@@ -1,0 +1,42 @@
+"""pwm_out_sim: which function each output has, and what it carries (PX4: modules/simulation/pwm_out_sim)."""
+
+from collections.abc import Sequence
+
+from sitl_emu.autopilot.control.peripherals import PWM_DISARMED
+from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, info
+from sitl_emu.autopilot.shell.commands.module import default_command
+
+NAME = "pwm_out_sim"
+CHANNELS = 16
+PWM_FAILSAFE, PWM_MIN, PWM_MAX, CENTRE = 600, 1000, 2000, 0
+"""PWMSim.hpp; a centre of its own no output has."""
+SHOWN = "{} events, {}0.00us avg, min 0us max 0us 0.000us rms\n"
+"""Of counters: in lockstep no time passes while PX4 computes."""
+TICK_US = 4_000
+"""A multicopter's outputs are made anew so often (IMU_GYRO_RATEMAX 250); a rover's are not counted."""
+
+
+def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
+    """`pwm_out_sim status`; what outputs carry is told in whole microseconds."""
+    if list(arguments) != ["status"]:
+        return (yield from default_command(NAME, True, arguments))
+    made = (
+        vehicle.now_us // TICK_US
+        if "mc_rate_control" in vehicle.topics.vehicle_status.vehicle_kind.traits.modules
+        else 0
+    )
+    yield f"{NAME}: cycle: {SHOWN.format(0, '0us elapsed, ')}"
+    yield f"{NAME}: interval: {SHOWN.format(0, '')}"
+    yield info("mixer_module", "Param prefix: PWM_MAIN")
+    yield f"control latency: {SHOWN.format(made, '0us elapsed, ')}"
+    yield info("mixer_module", "Switched to rate_ctrl work queue")
+    yield "Channel Configuration:\n"
+    pwm = vehicle.topics.actuator_outputs.pwm
+    for channel in range(CHANNELS):
+        function = int(vehicle.parameters[f"PWM_MAIN_FUNC{channel + 1}"])
+        value = pwm[channel] if channel < len(pwm) else PWM_DISARMED
+        yield (
+            f"Channel {channel:2d}: func: {function:3d}, value: {value:.2f}, failsafe: {PWM_FAILSAFE:.2f}, "
+            f"disarmed: {PWM_DISARMED}, min: {PWM_MIN}, max: {PWM_MAX}, center: {CENTRE}\n"
+        )
+    return SUCCESS
