@@ -42,12 +42,14 @@ class MissionCommands:
         elif item.command in ROI_COMMANDS:
             command = _roi_command_of(item, state.home_alt_m())
             self._roi.take(command)
-            state.tell(command)
+            state.tell_obeyed(command)
         elif item.command not in (DO_LAND_START, GATE):
             command = raw_command_of(item)
             if item.command == DO_CHANGE_SPEED:
                 change_speed(state, command)
-            state.tell(command)
+                state.tell_obeyed(command)
+            else:
+                state.tell(command)
 
 
 def change_speed(state: NavigatorState, command: VehicleCommand) -> None:

@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
-from sitl_emu.autopilot.commands.vehicle_commands import give_inside
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, give_inside, tell
 from sitl_emu.autopilot.constants import SetpointType, TakeoffState
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.parameters import Parameters
@@ -19,6 +19,7 @@ from sitl_emu.autopilot.topics import (
     VehicleCommand,
     VehicleGlobalPosition,
 )
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.geodesy import MapProjection
 
 BRAKING_DELAY_S = 0.6
@@ -297,6 +298,12 @@ class NavigatorState:
         self.outgoing.give(
             command._replace(target_system=self.system_id, target_component=component, from_external=False)
         )
+
+    def tell_obeyed(self, command: VehicleCommand) -> None:
+        """The same of what the navigator has obeyed; the log gets its answer, too (publish_vehicle_command_ack)."""
+        self.tell(command)
+        own = command._replace(source_system=self.system_id, source_component=mavlink.MAV_COMP_ID_AUTOPILOT1)
+        tell(self.topics, self.now_us, own, CommandResult(mavlink.MAV_RESULT_ACCEPTED))
 
     def centre_gimbal(self) -> None:
         """Turn the gimbal forward in a moment; asked again before that, it is done once."""

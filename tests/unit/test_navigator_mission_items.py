@@ -244,6 +244,16 @@ def test_a_mission_that_begins_with_a_speed_is_driven_at_it() -> None:
     assert rover.topics.position_setpoint_triplet.current.cruising_speed == pytest.approx(1.2)
 
 
+def test_what_the_navigator_obeys_itself_is_answered_in_the_log() -> None:
+    """Navigator::publish_vehicle_command_ack; who asked was the vehicle itself, so on no link."""
+    roi = item(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 30, 30, 0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), item(SPEED, 0, 0, 0, 1, 3.0, -1), roi, item(WAYPOINT, 60, 0, 8))
+    run_until(vehicle, 2)
+    answers = [each for each in vehicle.topics.commands_told if each.result is not None and not each.from_outside]
+    assert [(each.command.command, each.result[0]) for each in answers if each.result] == [(SPEED, 0), (roi.command, 0)]
+    assert {(each.command.source_system, each.command.source_component) for each in answers} == {(1, 1)}
+
+
 def test_a_mission_may_disarm_and_tune() -> None:
     """MissionBlock::issue_command: the modules obey as they would the ground."""
     tune = item(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE, 0, 0, 0, 1.0)
