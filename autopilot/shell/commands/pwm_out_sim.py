@@ -13,18 +13,15 @@ PWM_FAILSAFE, PWM_MIN, PWM_MAX, CENTRE = 600, 1000, 2000, 0
 SHOWN = "{} events, {}0.00us avg, min 0us max 0us 0.000us rms\n"
 """Of counters: in lockstep no time passes while PX4 computes."""
 TICK_US = 4_000
-"""A multicopter's outputs are made anew so often (IMU_GYRO_RATEMAX 250); a rover's are not counted."""
+"""A multicopter's outputs are made anew with each sample of the gyroscope; a rover's are not counted."""
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`pwm_out_sim status`; what outputs carry is told in whole microseconds."""
     if list(arguments) != ["status"]:
         return (yield from default_command(NAME, True, arguments))
-    made = (
-        vehicle.now_us // TICK_US
-        if "mc_rate_control" in vehicle.topics.vehicle_status.vehicle_kind.traits.modules
-        else 0
-    )
+    flies = "mc_rate_control" in vehicle.topics.vehicle_status.vehicle_kind.traits.modules
+    made = vehicle.now_us // TICK_US if flies else 0
     yield f"{NAME}: cycle: {SHOWN.format(0, '0us elapsed, ')}"
     yield f"{NAME}: interval: {SHOWN.format(0, '')}"
     yield info("mixer_module", "Param prefix: PWM_MAIN")
