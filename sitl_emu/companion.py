@@ -31,7 +31,6 @@ from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.camera_model import CameraModel, Mount, body_points, camera_pose, depth_points
 from sitl_emu.missions.companion.companion import (
     AUTOPILOT_LINK,
-    GROUND_LINK,
     PEER_LINK,
     Companion,
     Event,
@@ -50,7 +49,6 @@ from sitl_emu.missions.companion.spotter import Origin, Spotter
 
 __all__ = [
     "AUTOPILOT_LINK",
-    "GROUND_LINK",
     "PEER_LINK",
     "Attitude",
     "Camera",

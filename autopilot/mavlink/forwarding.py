@@ -2,8 +2,7 @@
 
 A message passes, byte for byte, to every other link on which its target was heard: without a target, or to everybody,
 to all on which anybody was. One for this very autopilot stays, as do a HEARTBEAT when MAV_HB_FORW_EN is 0 and
-SETUP_SIGNING, which MAVLink forbids to pass on. STATUSTEXT passes from ground stations only, as measured
-(misc/forward/*).
+SETUP_SIGNING, which MAVLink forbids to pass on.
 """
 
 from collections.abc import Iterable
@@ -13,22 +12,16 @@ from sitl_emu.autopilot.mavlink.encoder import AUTOPILOT_COMPONENT
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
 
-STATUSTEXT: int = mavlink.MAVLINK_MSG_ID_STATUSTEXT
 SETUP_SIGNING: int = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
-GROUND_STATION = "normal"
-"""The link mode for ground stations."""
 
 
 def forward(message: Any, source: Link, links: Iterable[Link], own_system: int, heartbeats: bool) -> None:
     """Queue a received message on the links that it concerns; `heartbeats` says whether those pass."""
     number = message.get_msgId()
-    if number == SETUP_SIGNING or (number == STATUSTEXT and source.mode != GROUND_STATION):
+    if number == SETUP_SIGNING or (number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and not heartbeats):
         return
-    if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and not heartbeats:
-        return
-    own = (own_system, AUTOPILOT_COMPONENT)
     target = (getattr(message, "target_system", 0), getattr(message, "target_component", 0))
-    if target == own or (message.get_srcSystem(), message.get_srcComponent()) == own:
+    if target == (own_system, AUTOPILOT_COMPONENT):
         return
     frame: bytes | None = None
     for link in links:

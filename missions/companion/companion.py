@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 AUTOPILOT_LINK = "autopilot"
 PEER_LINK = "peer"
-GROUND_LINK = "ground"
-"""Straight to a ground station, send only, if there is one: PX4 does not forward a companion's STATUSTEXT."""
 COMPONENT_ID = 191
 """MAV_COMP_ID_ONBOARD_COMPUTER."""
 

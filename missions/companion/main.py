@@ -24,7 +24,7 @@ import cv2
 from sitl_emu.gcs.heartbeat import Heartbeat
 from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.missions.companion.camera import CameraError, CameraSource, open_camera
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Companion, Event
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Companion, Event
 from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.feeds import Feed, FeedError, open_feed
 from sitl_emu.missions.companion.harness import Harness, Received
@@ -93,10 +93,10 @@ class Runner:
             self._events.close()
 
     def _received(self, now_us: int, ready: list[str]) -> Iterator[Received]:
-        """All that has come on these links; what a ground station says is not for us."""
+        """All that has come on these links."""
         for name in ready:
             while (messages := self.harness.links[name].receive(now_us)) is not None:
-                for message in messages if name != GROUND_LINK else ():
+                for message in messages:
                     if name == AUTOPILOT_LINK:
                         self._clock.heard(now_us, message)
                     yield name, message
@@ -141,9 +141,6 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         "--connect", required=True, metavar="URL", help="the autopilot: udpin:HOST:PORT, udpout:…, /dev/ttyX[:BAUD]"
     )
     parser.add_argument("--peer", metavar="URL", help="the other companion: udpin:HOST:PORT or udpout:HOST:PORT")
-    parser.add_argument(
-        "--ground", metavar="URL", help="a ground station that is to see our texts, udpout:HOST:14550; send only"
-    )
     parser.add_argument("--camera", metavar="SOURCE", help="shm:NAME, a folder, a video file, rtsp://… or /dev/videoN")
     parser.add_argument(
         "--feed", action="append", default=[], metavar="SOURCE", help="depth images or point clouds: shm:NAME"
@@ -200,8 +197,6 @@ def main(arguments: list[str] | None = None) -> int:
         ports[AUTOPILOT_LINK] = open_port(given.connect)
         if given.peer:
             ports[PEER_LINK] = open_port(given.peer)
-        if given.ground:
-            ports[GROUND_LINK] = open_port(given.ground)
         cv2.setNumThreads(1)
         camera = open_camera(given.camera) if given.camera else None
         feeds = [open_feed(url) for url in given.feed]

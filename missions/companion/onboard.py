@@ -12,7 +12,7 @@ from sitl_emu.gcs.heartbeat import Heartbeat
 from sitl_emu.gcs.service import Service
 from sitl_emu.gcs.statustext import INFO, WARNING, messages_of
 from sitl_emu.gcs.telemetry import Telemetry
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event, Outgoing
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event, Outgoing
 from sitl_emu.missions.companion.feeds import Cloud, Depth, Ranges
 from sitl_emu.missions.companion.peer_link import LOST_AFTER_US, MAV_TYPE_ONBOARD_CONTROLLER, PeerLink
 from sitl_emu.missions.companion.router import is_for_companion
@@ -123,10 +123,9 @@ class Onboard:
         return self.yielding.yielded_to is not None
 
     def say(self, text: str, severity: int = INFO) -> None:
-        """Tells people at the ground station (and the autopilot's log), and the run's events."""
+        """Tells people at the ground station, to which PX4 forwards it, its log, and the run's events."""
         self._text_id = self._text_id % 65535 + 1
-        for link in (AUTOPILOT_LINK, GROUND_LINK):
-            self._outbox += [(link, msg) for msg in messages_of(text, severity, self._text_id)]
+        self._outbox += [(AUTOPILOT_LINK, msg) for msg in messages_of(text, severity, self._text_id)]
         self.note("text", text)
 
     def note(self, kind: str, text: str, **data: float | int | str) -> None:

@@ -15,7 +15,7 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core import ports
 from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.missions.companion.camera import CameraError, Frame, SharedFrames
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK
 from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.feeds import Feed, FeedError, Ranges
 from sitl_emu.missions.companion.harness import Harness, Received
@@ -133,13 +133,11 @@ def run(config: CompanionConfig, control: ControlChannel) -> None:
 
 
 def _links(config: CompanionConfig, folder: Path) -> dict[str, Link]:
-    """To the autopilot, to the peer radio if there is one, and straight to the ground station."""
+    """To the autopilot, and to the peer radio if there is one."""
     links = {AUTOPILOT_LINK: Link(_onboard_port(config))}
     if config.radio_port is not None:
         log = TlogWriter(folder / f"{config.name}-peer.tlog")
         links[PEER_LINK] = Link(_counted_port(0, config.radio_port, True), log, config.start_us)
-    ground = None if config.isolated is not None else config.gcs or (LOOPBACK, ports.GCS_REMOTE)
-    links[GROUND_LINK] = Link(UdpPort(None, ground))
     return links
 
 

@@ -379,7 +379,6 @@ class CompanionConfig(ProcessConfig):
     rings: Mapping[str, Any]
     """Names of its feeds' shared memory, by feed."""
     inference_latency_us: int
-    gcs: tuple[str, int] | None
     isolated: IsolatedLinks | None = None
     """The companion's end; None: on PX4's ports."""
 

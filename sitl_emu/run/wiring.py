@@ -433,7 +433,6 @@ def _companion(
         radio_port=radio_port,
         rings=_rings(vehicle),
         inference_latency_us=round(companion.inference_latency_s * 1e6),
-        gcs=wanted.gcs,
         isolated=links.companion,
     )
     processes.append(Process(f"companion {vehicle.name}", "companion_process", config, end))

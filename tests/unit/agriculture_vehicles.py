@@ -13,7 +13,7 @@ from sitl_emu.gcs.plan_file import FlightPlan
 from sitl_emu.missions.agriculture.inspect import Inspect
 from sitl_emu.missions.agriculture.scout import Scout
 from sitl_emu.missions.companion.camera_model import MAST, NADIR, CameraModel, camera_pose, in_view, project
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, GROUND_LINK, PEER_LINK, Event
+from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Event
 from sitl_emu.missions.companion.confirmation import STANDING, SURVEYING
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.perception import Perception
@@ -57,9 +57,8 @@ class Node:
 
     def send(self, now_us: int, outgoing: Any) -> None:
         for link, msg in outgoing:
-            if link == GROUND_LINK:
+            if msg.get_type() == "STATUSTEXT":
                 self.ground.append(msg)
-                continue
             wire = self.wires[link]
             wire.system = self.companion.system_id
             frame = wire.encode(msg)
