@@ -30,6 +30,8 @@ from sitl_emu.world.simulator import Home, VehicleSimulator
 HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 TICK_US = 4_000
 LINKS = 4
+FED_BYTES = 200_000
+"""Kept of what came on a link: a few datagrams of the largest size."""
 SENDERS = ((255, 190), (245, 191), (1, 1), (1, 100), (1, 191), (2, 1), (0, 0), (255, 0), (77, 77))
 TARGET_SYSTEMS = (1, 1, 1, 1, 0, 255, 2)
 TARGET_COMPONENTS = (1, 1, 1, 0, 100, 154, 190, 255)
@@ -266,6 +268,8 @@ class Victim:
         self._controls: Any = None
         self.ticks = 0
         self.sent_bytes = 0
+        self._fed = [b""] * LINKS
+        """What has come on each link of late: its frames pass to other links as they are, whoever they claim to be."""
         self.station: Any = mavlink.MAVLink(None, 255, 190)
         self._ear: Any = mavlink.MAVLink(None)
 
@@ -273,6 +277,11 @@ class Victim:
     def heard(self) -> set[int]:
         """Message ids that some service listens to."""
         return set(self.autopilot.mavlink._handlers)
+
+    def hear(self, link: int, data: bytes) -> None:
+        """A datagram comes in."""
+        self._fed[link] = (self._fed[link] + data)[-FED_BYTES:]
+        self.autopilot.on_datagram(link, data)
 
     def tick(self) -> None:
         """4 ms of simulated time; raises AssertionError if a NaN was sent."""
@@ -309,7 +318,7 @@ class Victim:
         """The ground station says something; returns the frame."""
         frame = bytes(message.pack(self.station))
         self.station.seq = (self.station.seq + 1) & 255
-        self.autopilot.on_datagram(0, frame)
+        self.hear(0, frame)
         return frame
 
     def take(self, link: int) -> bytes:
@@ -394,7 +403,8 @@ class Victim:
                         layout = NEVER_NAN_SENT[name]
                         payload = frame[10 : 10 + frame[1]].ljust(layout.size, b"\0")[: layout.size]
                         values = layout.unpack(payload)[NOT_MEASURED.get(name, 0) :]
-                        assert all(map(math.isfinite, values)), f"{name} {values}"
+                        finite = all(map(math.isfinite, values))
+                        assert finite or any(frame in fed for fed in self._fed), f"{name} {values}"
             link.outbox.clear()
 
     def check_topics(self) -> None:

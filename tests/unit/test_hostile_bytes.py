@@ -33,7 +33,7 @@ def assault(victim: hostile.Victim, seed: int, datagrams: int, seeds: list[bytes
     nonsense = hostile.Nonsense(chance, victim.heard, victim.autopilot.parameters.announced)
     for number in range(datagrams):
         data = nonsense.frame() if chance.random() < 0.5 else hostile.mutated(chance, seeds)
-        victim.autopilot.on_datagram(number % hostile.LINKS, data)
+        victim.hear(number % hostile.LINKS, data)
         if number % PER_TICK == 0:
             victim.keep_open()
             victim.tick()
