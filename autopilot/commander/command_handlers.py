@@ -35,7 +35,6 @@ from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, MAIN_AUTO
 from sitl_emu.autopilot.navigator.mission_legs import landing_of
 from sitl_emu.autopilot.parameters import Parameters, matches
 from sitl_emu.autopilot.parameters.storage import ParameterStorage
-from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS, INSTANCES
 from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.topics import ActuatorSet, ActuatorTest, CommandRecord, Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import Traits
@@ -53,7 +52,7 @@ MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 41)
 OWN_FUNCTIONS: Final = 1000
 LONGEST_ACTUATOR_TEST_MS: Final = 3000
 STORAGE_ACTIONS = range(5)
-SAVE: Final = 1
+LOAD: Final = 0
 RESET_CONFIGURATION: Final = 2
 RESET_SENSORS: Final = 3
 RESET_ALL: Final = 4
@@ -371,9 +370,8 @@ class CommandHandlers:
             parameters.reset(lambda name: matches(name, SENSOR_CALIBRATION))
         elif action == RESET_ALL:
             parameters.reset()
-            parameters.load({f"CAL_{sensor}{n}_ID": 0 for sensor in DEVICE_IDS for n in range(INSTANCES)})
-        elif storage is not None:
-            _ = storage.save() if action == SAVE else storage.load()
+        if storage is not None:
+            _ = storage.load() if action == LOAD else storage.save()
         return ACCEPTED
 
     def _preflight_reboot_shutdown(self, now_us: int, command: VehicleCommand) -> int:

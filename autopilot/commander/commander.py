@@ -74,10 +74,11 @@ class Commander:
         send_event: SendEvent,
         storage: ParameterStorage | None = None,
         outgoing: OutgoingCommands | None = None,
+        say_of_checks: Say | None = None,
     ) -> None:
         """`say` tells the ground, `send_event` does so without a text; MAV_TYPE says what kind of vehicle it is.
 
-        `outgoing` takes the commands that it gives to others.
+        `outgoing` takes the commands that it gives to others; `say_of_checks` is the arming checks' own `say`.
         """
         self._topics = topics
         self._parameters = parameters
@@ -86,7 +87,7 @@ class Commander:
         self._mav_type = int(parameters["MAV_TYPE"])
         self._vehicle_kind = kind = VehicleKind.of_mav_type(self._mav_type)
         topics.vehicle_status = VehicleStatus(vehicle_kind=kind, mav_type=self._mav_type)
-        self._checks = HealthAndArmingChecks(topics, parameters, say, send_event)
+        self._checks = HealthAndArmingChecks(topics, parameters, say_of_checks or say, send_event)
         self._intention = UserModeIntention(self._checks, NavState(int(parameters["COM_FLTMODE_BOOT"])))
         self._outgoing = outgoing if outgoing is not None else OutgoingCommands()
         self._authorization = ArmAuthorization(parameters, self._outgoing, say)

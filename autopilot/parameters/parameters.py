@@ -21,6 +21,11 @@ from sitl_emu.core.c_types import float32, integer
 SMALLEST_CHANGE: Final = 2.0**-23
 """PX4 takes two floats that differ by no more (FLT_EPSILON) for the same value."""
 Value = float | int
+SET_AT_EACH_START: Final = ("MAV_SYS_ID", "SIH_VEHICLE_TYPE")
+SET_AT_FIRST_START: Final = ("SYS_AUTOSTART", "CAL_*", "SENS_BOARD_X_OFF", "SENS_DPRES_OFF")
+"""Of an airframe's values: what the start-up script sets (`param set`; the second when the airframe is another than
+the one that was saved, init.d-posix/rcS), and of the barometer what its module does. To PX4 these are what somebody
+changed: they are saved, and a reset takes them away until a start. The others (`param set-default`) are defaults."""
 
 
 class Parameters:
@@ -30,9 +35,13 @@ class Parameters:
         """The set of a kind of vehicle; raises KeyError for an override that PX4 does not know."""
         self._table = table()
         self._defaults = {name: self.typed(name, row["default"]) for name, row in self._table.items()}
-        for name, value in (overrides or {}).items():
-            self._defaults[name] = self.typed(name, value)
-        self._values = dict(self._defaults)
+        given = {name: self.typed(name, value) for name, value in (overrides or {}).items()}
+        self.set_at_start = {
+            name: value for name, value in given.items() if matches(name, SET_AT_EACH_START + SET_AT_FIRST_START)
+        }
+        """Of the airframe: what a start sets, on top of defaults."""
+        self._defaults |= {name: value for name, value in given.items() if name not in self.set_at_start}
+        self._values = self._defaults | self.set_at_start
         self._used = dict(self._values)
         announces, started = kind.traits.announces, self._started_modules()
         self.announced = [

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from sitl_emu.autopilot.constants import Severity
-from sitl_emu.autopilot.parameters import Parameters, Value, matches
+from sitl_emu.autopilot.parameters import SET_AT_EACH_START, Parameters, Value, matches
 from sitl_emu.autopilot.parameters import file as parameter_file
 from sitl_emu.autopilot.storage import storage
 
@@ -27,10 +27,10 @@ KEPT_BY_AUTOCONFIG = (
     "COM_FLIGHT*",
 )
 """What a start with SYS_AUTOCONFIG 1 does not reset (init.d-posix/rcS)."""
-OF_THIS_START = ("MAV_SYS_ID", "SYS_AUTOSTART")
-"""The start-up script sets them from instance and model: what was saved does not count."""
 NO_AIRFRAME = 0
 """SYS_AUTOSTART by PX4's own default."""
+OF_FIRST_START = "SENS_DPRES_OFF"
+"""A first start sets it, so it is in PX4's files, and was in none of an emulator's before November 2026."""
 
 
 class ParameterStorage:
@@ -48,18 +48,19 @@ class ParameterStorage:
         self._saved_us = -SAVE_INTERVAL_US
         self._tries = 0
         self._trouble_told = False
-        self._saved_airframe: Value | None = None
 
     def boot(self) -> None:
-        """What the start-up script does: load, and reset if SYS_AUTOCONFIG wants it or the airframe is another one."""
+        """What the start-up script does: load, and begin anew if SYS_AUTOCONFIG or another airframe wants it."""
         parameters = self._parameters
         self.load()
-        if self._file is not None and not self._file.exists():
-            parameters.edits += 1  # the script sets SYS_AUTOSTART, which is saved soon
-        airframe = parameters["SYS_AUTOSTART"]
-        is_another = airframe != NO_AIRFRAME and self._saved_airframe not in (None, airframe)
+        given = parameters.set_at_start
+        airframe = given.get("SYS_AUTOSTART", NO_AIRFRAME)
+        is_another = airframe not in (NO_AIRFRAME, parameters["SYS_AUTOSTART"])
         if is_another or parameters["SYS_AUTOCONFIG"] > 0:
             parameters.reset(lambda name: not matches(name, KEPT_BY_AUTOCONFIG))
+        elif airframe != NO_AIRFRAME and parameters[OF_FIRST_START] != parameters.default(OF_FIRST_START):
+            given = {name: value for name, value in given.items() if matches(name, SET_AT_EACH_START)}
+        parameters.set_quietly(given)
 
     def load(self) -> bool:
         """Forget all changes and take over the saved values; False if the file can't be read.
@@ -83,8 +84,7 @@ class ParameterStorage:
             else:
                 if not whole:
                     self._say(Severity.CRITICAL, f"Parameters not loaded: {path.name} is damaged")
-            parameters.load({name: value for name, value in values.items() if _counts(name, value)})
-            self._saved_airframe = values.get("SYS_AUTOSTART")
+            parameters.load(values)
             if whole:
                 break
             intact = False
@@ -126,18 +126,14 @@ class ParameterStorage:
         edits = parameters.edits
         if reset:
             parameters.reset()
-        parameters.load({name: value for name, value in values.items() if _counts(name, value)})
+        parameters.load(values)
         parameters.unsaved.difference_update(values)
         if self._edits_seen == edits:
             self._edits_seen = parameters.edits
         return values, whole
 
     def _document(self) -> bytes:
-        values = self._parameters.changed()
-        airframe = self._parameters.told("SYS_AUTOSTART")
-        if airframe != NO_AIRFRAME:
-            values["SYS_AUTOSTART"] = airframe
-        return parameter_file.encode(dict(sorted(values.items())))
+        return parameter_file.encode(dict(sorted(self._parameters.changed().items())))
 
     def _inside(self, name: str) -> Path:
         """A file of the folder: nobody gets out of it, and nobody waits for what is no file. Raises OSError."""
@@ -172,8 +168,3 @@ class ParameterStorage:
     def _schedule(self, now_us: int) -> None:
         self._edits_seen = self._parameters.edits
         self._due_us = max(now_us + SAVE_DELAY_US, self._saved_us + SAVE_INTERVAL_US)
-
-
-def _counts(name: str, value: Value) -> bool:
-    """Whether a saved value is not one that the start-up script gives anew: it also calibrates simulated sensors."""
-    return name not in OF_THIS_START and not (value == 0 and matches(name, ("CAL_*_ID",)))

@@ -73,7 +73,19 @@ def corrections_of(parameters: Parameters) -> Corrections:
 
 def is_calibrated(parameters: Parameters, sensor: str) -> bool:
     """Whether a sensor (a key of DEVICE_IDS) has a calibration of its own."""
-    return any(int(parameters[f"CAL_{sensor}{n}_ID"]) == DEVICE_IDS[sensor] for n in range(INSTANCES))
+    return _slot(parameters, sensor) is not None
+
+
+def is_enabled(parameters: Parameters, sensor: str) -> bool:
+    """Whether a sensor's calibration has a priority above 0 (-1, PX4's default, is none)."""
+    slot = _slot(parameters, sensor)
+    return slot is not None and int(parameters[f"CAL_{sensor}{slot}_PRIO"]) > 0
+
+
+def _slot(parameters: Parameters, sensor: str) -> int | None:
+    """Number of the CAL_… that is a sensor's (FindCurrentCalibrationIndex)."""
+    device = DEVICE_IDS[sensor]
+    return next((n for n in range(INSTANCES) if int(parameters[f"CAL_{sensor}{n}_ID"]) == device), None)
 
 
 def corrected_gyro(raw: Vector3, corrections: Corrections) -> Vector3:

@@ -45,7 +45,7 @@ class FakeVehicle:
         rover = kind is VehicleKind.ROVER_ACKERMANN
         base = {"MAV_TYPE": 10 if rover else 13, "NAV_ACC_RAD": 0.5 if rover else 10.0, "COM_LOW_BAT_ACT": 3}
         base |= {"RTL_RETURN_ALT": 30.0, "RTL_DESCEND_ALT": 10.0, "COM_RC_IN_MODE": 1}
-        base |= {f"CAL_{sensor}0_ID": device for sensor, device in DEVICE_IDS.items()}
+        base |= {f"CAL_{sensor}0_ID": device for sensor, device in DEVICE_IDS.items()} | {"CAL_MAG0_PRIO": 50}
         self.rover = rover
         self.parameters = Parameters(kind, base | parameters)
         self.topics = Topics()

@@ -267,7 +267,7 @@ def test_parameters_are_reset(vehicle: FakeVehicle, action: int, kept: set[str])
         vehicle.parameters.set(name, value)
     assert vehicle.result(mavlink.MAV_CMD_PREFLIGHT_STORAGE, action) == ACCEPTED
     assert {name for name in values if vehicle.parameters[name] != vehicle.parameters.default(name)} == kept
-    assert vehicle.parameters["CAL_ACC0_ID"] == (0 if action == 4 else 1310988)
+    assert vehicle.parameters["CAL_ACC0_ID"] == (0 if action else 1310988)
 
 
 def test_parameters_are_left_alone_while_armed_or_calibrating(vehicle: FakeVehicle) -> None:

@@ -20,12 +20,23 @@ DOCUMENT = (
 """Two parameters as PX4's tinybson writes them."""
 
 
+SET = {
+    "CAL_ACC0_ID": 1310988,
+    "CAL_MAG0_PRIO": 50,
+    "MAV_SYS_ID": 3,
+    "SENS_DPRES_OFF": pytest.approx(0.001),
+    "SYS_AUTOSTART": 10044,
+}
+"""What a first start sets of this airframe."""
+
+
 class Start:
     """One start of an autopilot with a folder; `said` is what it told."""
 
     def __init__(self, root: Path | None, airframe: int = 10044) -> None:
         self.said: list[str] = []
-        self.parameters = Parameters(VehicleKind.MULTICOPTER, {"SYS_AUTOSTART": airframe, "MAV_SYS_ID": 3})
+        given = {"CAL_ACC0_ID": 1310988, "CAL_MAG0_PRIO": 50, "SENS_DPRES_OFF": 0.001, "SYS_AUTOSTART": airframe}
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, {**given, "MAV_SYS_ID": 3})
         self.storage = ParameterStorage(self.parameters, root, self._say)
         self.storage.boot()
         self.now_us = 0
@@ -59,13 +70,13 @@ def test_a_change_is_saved_after_300_ms_and_there_at_the_next_start(tmp_path: Pa
     start.parameters.set("COM_RC_IN_MODE", 2)
     start.run(0.28)
     assert not (tmp_path / storage.PARAMETERS).exists()
-    assert start.parameters.unsaved == {"MPC_XY_CRUISE", "COM_RC_IN_MODE"}
+    assert start.parameters.unsaved == {"MPC_XY_CRUISE", "COM_RC_IN_MODE", *SET}
     start.run(0.06)
     assert start.parameters.unsaved == set()
     assert parameter_file.decode((tmp_path / storage.PARAMETERS).read_bytes())[0] == {
         "COM_RC_IN_MODE": 2,
         "MPC_XY_CRUISE": 6.5,
-        "SYS_AUTOSTART": 10044,
+        **SET,
     }
     again = Start(tmp_path)
     assert (again.parameters["MPC_XY_CRUISE"], again.parameters["COM_RC_IN_MODE"]) == (6.5, 2)
@@ -97,7 +108,7 @@ def test_a_value_set_back_leaves_the_file(tmp_path: Path) -> None:
     start.run(1.0)
     start.parameters.set("MPC_XY_CRUISE", start.parameters.default("MPC_XY_CRUISE"))
     start.run(3.0)
-    assert parameter_file.decode((tmp_path / storage.PARAMETERS).read_bytes()) == ({"SYS_AUTOSTART": 10044}, True)
+    assert parameter_file.decode((tmp_path / storage.PARAMETERS).read_bytes()) == (SET, True)
 
 
 def test_a_damaged_file_gives_way_to_its_backup_and_is_mended(tmp_path: Path) -> None:
@@ -117,7 +128,7 @@ def test_with_both_files_damaged_the_defaults_count(tmp_path: Path) -> None:
     for name in (storage.PARAMETERS, storage.PARAMETERS_BACKUP):
         (tmp_path / name).write_bytes(b"\xff" * 40)
     start = Start(tmp_path)
-    assert start.parameters.changed() == {}
+    assert start.parameters.changed() == SET
     assert len(start.said) == 2
 
 
@@ -125,7 +136,7 @@ def test_unknown_names_wrong_types_and_what_belongs_to_the_start_are_left_out(tm
     values = {"NO_SUCH_PARAM": 1, "MPC_XY_CRUISE": 6, "COM_RC_IN_MODE": 2.0, "SYS_AUTOSTART": 1, "MAV_SYS_ID": 9}
     (tmp_path / storage.PARAMETERS).write_bytes(parameter_file.encode(values))
     start = Start(tmp_path)
-    assert start.parameters.changed() == {}
+    assert start.parameters.changed() == SET
     assert (start.parameters["SYS_AUTOSTART"], start.parameters["MAV_SYS_ID"]) == (10044, 3)
 
 
@@ -136,7 +147,7 @@ def test_autoconfig_resets_all_but_calibration_and_counters(tmp_path: Path) -> N
         start.parameters.set(name, value)
     start.storage.close()
     again = Start(tmp_path)
-    assert again.parameters.changed() == {"CAL_ACC0_XOFF": pytest.approx(0.1), "COM_FLIGHT_UUID": 4}
+    assert again.parameters.changed() == {**SET, "CAL_ACC0_XOFF": pytest.approx(0.1), "COM_FLIGHT_UUID": 4}
 
 
 def test_another_airframe_begins_with_its_own_values(tmp_path: Path) -> None:
@@ -147,16 +158,37 @@ def test_another_airframe_begins_with_its_own_values(tmp_path: Path) -> None:
     start.storage.close()
     assert Start(tmp_path).parameters["MPC_XY_CRUISE"] == 6.5
     other = Start(tmp_path, airframe=10016)
-    assert other.parameters.changed() == {"CAL_ACC0_XOFF": pytest.approx(0.1)}
+    assert other.parameters.changed() == {**SET, "SYS_AUTOSTART": 10016, "CAL_ACC0_XOFF": pytest.approx(0.1)}
     other.run(1.0)
     back = Start(tmp_path)
     assert back.parameters["MPC_XY_CRUISE"] == back.parameters.default("MPC_XY_CRUISE")
 
 
-def test_files_that_do_not_name_their_airframe_count(tmp_path: Path) -> None:
-    """As they were written by earlier emulators."""
-    (tmp_path / storage.PARAMETERS).write_bytes(parameter_file.encode({"MPC_XY_CRUISE": 6.5}))
-    assert Start(tmp_path).parameters["MPC_XY_CRUISE"] == 6.5
+def test_files_of_earlier_emulators_count(tmp_path: Path) -> None:
+    """They had SYS_AUTOSTART, and nothing else that a first start sets."""
+    (tmp_path / storage.PARAMETERS).write_bytes(parameter_file.encode({"MPC_XY_CRUISE": 6.5, "SYS_AUTOSTART": 10044}))
+    assert Start(tmp_path).parameters.changed() == {**SET, "MPC_XY_CRUISE": 6.5}
+
+
+def test_what_was_reset_stays_so_until_the_airframe_is_another(tmp_path: Path) -> None:
+    """Calibration that is forgotten is missing at the next start as well; with SYS_AUTOSTART forgotten, all is set."""
+    start = Start(tmp_path)
+    start.parameters.reset(lambda name: name.startswith("CAL_"))
+    start.storage.close()
+    again = Start(tmp_path)
+    assert (again.parameters["CAL_ACC0_ID"], again.parameters["SYS_AUTOSTART"]) == (0, 10044)
+    again.parameters.reset()
+    assert (again.parameters["SYS_AUTOSTART"], again.parameters["MAV_SYS_ID"]) == (0, 1)
+    again.storage.close()
+    assert Start(tmp_path).parameters.changed() == SET
+
+
+def test_what_a_start_set_is_there_after_a_load(tmp_path: Path) -> None:
+    start = Start(tmp_path)
+    start.run(1.0)
+    start.parameters.set("MPC_XY_CRUISE", 6.5)
+    assert start.storage.load()
+    assert start.parameters.changed() == SET
 
 
 def test_a_full_disk_is_told_once_and_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

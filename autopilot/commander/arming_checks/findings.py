@@ -100,6 +100,8 @@ class Settings(NamedTuple):
     com_parachute: int
     calibrated: frozenset[str]
     """Sensors with a calibration of their own: ACC, GYRO, MAG."""
+    mag_enabled: bool
+    """Whether the magnetometer's calibration has a priority (CAL_MAGn_PRIO) above 0."""
     com_rc_in_mode: int
     rc_channels: tuple[tuple[float, float, float], ...]
     """Of each its least, its centre and its most, in microseconds."""
