@@ -32,7 +32,7 @@ from sitl_emu.autopilot.payload.gimbal import Gimbal
 from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
 from sitl_emu.autopilot.sensors.gyro_calibration import GyroCalibration
 from sitl_emu.autopilot.sensors.in_flight_calibration import InFlightCalibration
-from sitl_emu.autopilot.sensors.magnetometer_failover import MagnetometerFailover
+from sitl_emu.autopilot.sensors.sensor_failover import SensorFailover
 from sitl_emu.autopilot.sensors.sensors import Sensors
 from sitl_emu.autopilot.sensors.vehicle_imu import VehicleImu
 from sitl_emu.autopilot.shell.commands import COMMANDS
@@ -80,8 +80,8 @@ class Autopilot:
         self.vehicle_imu = VehicleImu(self.topics)
         self.in_flight_calibration = InFlightCalibration(self.topics, self.parameters)
         self.gyro_calibration = GyroCalibration(self.topics, self.parameters)
-        say = self.texts.of("vehicle_magnetometer")
-        self.magnetometer_failover = MagnetometerFailover(self.topics, self.sensors.mag_validator, say)
+        self.mag_failover = SensorFailover("MAG", self.sensors.mag_validator, self.texts.of("vehicle_magnetometer"))
+        self.baro_failover = SensorFailover("BARO", self.sensors.baro_validator, self.texts.of("vehicle_air_data"))
         self.estimator = Estimator(*shared)
         self.land_detector = LandDetector(*shared, traits)
         self.rc_update = RcUpdate(*shared)
@@ -134,7 +134,8 @@ class Autopilot:
             self.parameter_corrections.update(now_us)
             self.in_flight_calibration.update(now_us)
             self.gyro_calibration.update(now_us)
-            self.magnetometer_failover.update(now_us)
+            self.mag_failover.update(now_us)
+            self.baro_failover.update(now_us)
             self.land_detector.update(now_us)
             self.rc_update.update()
             self.manual_control.update(now_us)

@@ -15,9 +15,12 @@ class DataValidator:
     def __init__(self) -> None:
         self._values: Vector3 = (0.0, 0.0, 0.0)
         self._equal = 0
+        self.put_us = 0
+        """When the last sample came; 0: none has."""
 
-    def put(self, values: Vector3) -> None:
+    def put(self, now_us: int, values: Vector3) -> None:
         """One more sample."""
+        self.put_us = now_us
         for value, before in zip(values, self._values, strict=True):
             self._equal = self._equal + 1 if abs(value - before) < SAME else 0
         self._values = values

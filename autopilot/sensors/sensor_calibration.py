@@ -82,6 +82,12 @@ def is_enabled(parameters: Parameters, sensor: str) -> bool:
     return slot is not None and int(parameters[f"CAL_{sensor}{slot}_PRIO"]) > 0
 
 
+def is_disabled(parameters: Parameters, sensor: str) -> bool:
+    """Whether nobody shall use a sensor: its priority is 0."""
+    slot = _slot(parameters, sensor)
+    return slot is not None and int(parameters[f"CAL_{sensor}{slot}_PRIO"]) == 0
+
+
 def _slot(parameters: Parameters, sensor: str) -> int | None:
     """Number of the CAL_… that is a sensor's (FindCurrentCalibrationIndex)."""
     device = DEVICE_IDS[sensor]

@@ -26,6 +26,7 @@ from sitl_emu.autopilot.sensors.sensor_calibration import (
     corrected_gyro,
     corrected_mag,
     corrections_of,
+    is_disabled,
 )
 from sitl_emu.autopilot.system.failure_injection import (
     ACCEL,
@@ -160,7 +161,7 @@ class Sensors:
         self._imu_fails = False
         self._integrator = ImuIntegrator(topics)
         self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(1, keeps_pace=True)
-        self.mag_validator, self._baro_validator = DataValidator(), DataValidator()
+        self.mag_validator, self.baro_validator = DataValidator(), DataValidator()
         self._mag_calibrations = self._baro_calibrations = 0
         self._average_current_a = NAN
         self._estimator: BatteryEstimator | None = None
@@ -168,6 +169,8 @@ class Sensors:
         self._battery_measured_us, self._battery_due_us = 0, NEVER_US
         self._corrections = NONE
         self._corrects = False
+        self._mag_disabled = self._baro_disabled = False
+        """CAL_…_PRIO 0: it is told of (sensor_mag, sensor_baro), and nobody gets its mean."""
         self._version = -1
         self._truth_origin: tuple[int, MapProjection, float] | None = None
         """When and where the vehicle was at first."""
@@ -204,6 +207,7 @@ class Sensors:
         """What the parameters say; the compass keeps its calibration while armed, until a parameter changes afterwards
         (VehicleMagnetometer::ParametersUpdate)."""
         known, told = self._corrections, corrections_of(self._parameters)
+        self._mag_disabled, self._baro_disabled = (is_disabled(self._parameters, each) for each in ("MAG", "BARO"))
         if self._topics.vehicle_status.armed:
             told = told._replace(mag_offset=known.mag_offset, mag_matrix=known.mag_matrix)
         self._corrections, self._corrects = told, told != NONE
@@ -219,10 +223,16 @@ class Sensors:
         self._baro_calibrations += before.baro_offset_pa != after.baro_offset_pa
 
     def _note_failures(self) -> None:
+        """A compass and a barometer that PX4 simulates itself (SIH: SENS_EN_MAGSIM, SENS_EN_BAROSIM) take no notice of
+        failures, and neither does an IMU that comes with them."""
         self._failures = failures = self._topics.failure_injection
         self._gyro, self._accel, self._mag, self._baro, self._gps, self._battery = (
             failures.type_of(unit, 1) for unit in (GYRO, ACCEL, MAG, BARO, GPS, BATTERY)
         )
+        if self._parameters["SENS_EN_MAGSIM"]:
+            self._mag = 0
+        if self._parameters["SENS_EN_BAROSIM"]:
+            self._baro = self._gyro = self._accel = 0
         self._imu_fails = bool(self._gyro or self._accel)
         self._topics.sensors_status_imu = SensorsStatusImu(not self._accel, not self._gyro)
 
@@ -250,11 +260,8 @@ class Sensors:
         if mag_updated and self._mag != OFF:
             field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else field
             topics.sensor_mag = SensorMag(now_us, field)
-            self.mag_validator.put(field)
-            due = self._mag_mean.add(now_us, field, self._parameters["SENS_MAG_RATE"])
-            if due is not None and not self.mag_validator.stale:
-                sample_us, (x, y, z) = due
-                topics.vehicle_magnetometer = VehicleMagnetometer(now_us, sample_us, (x, y, z), self._mag_calibrations)
+            if not self._mag_disabled:
+                self._average_mag(now_us, field)
         if updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf and self._baro != OFF:
             if self._baro == STUCK:
                 topics.sensor_baro = topics.sensor_baro._replace(timestamp=now_us)
@@ -262,13 +269,22 @@ class Sensors:
             else:
                 baro_alt_m = altitude_m(pressure_hpa, float(self._parameters["SENS_BARO_QNH"]))
                 topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c)
-            self._average_baro(now_us, pressure_hpa)
+            if not self._baro_disabled:
+                self._average_baro(now_us, pressure_hpa)
+
+    def _average_mag(self, now_us: int, field: Vector3) -> None:
+        self.mag_validator.put(now_us, field)
+        due = self._mag_mean.add(now_us, field, self._parameters["SENS_MAG_RATE"])
+        if due is None or self.mag_validator.stale:
+            return
+        sample_us, (x, y, z) = due
+        self._topics.vehicle_magnetometer = VehicleMagnetometer(now_us, sample_us, (x, y, z), self._mag_calibrations)
 
     def _average_baro(self, now_us: int, pressure_hpa: float) -> None:
         told = self._topics.sensor_baro
-        self._baro_validator.put((told.pressure_pa, told.temperature_c, told.baro_alt_m))
+        self.baro_validator.put(now_us, (told.pressure_pa, told.temperature_c, told.baro_alt_m))
         due = self._baro_mean.add(now_us, (pressure_hpa,), self._parameters["SENS_BARO_RATE"])
-        if due is None or self._baro_validator.stale:
+        if due is None or self.baro_validator.stale:
             return
         sample_us, (pressure_hpa,) = due
         pressure_pa = pressure_hpa * 100.0

@@ -268,6 +268,27 @@ def test_gyro_accelerometer_magnetometer_and_barometer_off_and_stuck() -> None:
     assert topics.sensor_combined.timestamp == 8000
 
 
+def test_what_px4_simulates_itself_takes_no_notice_of_failures() -> None:
+    """Asked of a real PX4 (SIH): compass and barometer off or stuck change nothing there."""
+    reader, topics = sensors(SENS_EN_MAGSIM=1, SENS_EN_BAROSIM=1)
+    for unit in (0, 1, 2, 3):
+        inject_failure(topics, unit, 1)
+    reader.update([IMU._replace(fields_updated=0x1FFF)])
+    assert topics.sensor_imu.timestamp == topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 8000
+
+
+def test_nobody_gets_what_a_disabled_sensor_says() -> None:
+    """CAL_…_PRIO 0 (VehicleMagnetometer, VehicleAirData)."""
+    ids = {"CAL_MAG0_ID": 197388, "CAL_BARO0_ID": 6620172, "CAL_MAG0_PRIO": 0, "CAL_BARO0_PRIO": 0}
+    for disabled in (True, False):
+        reader, topics = sensors(**(ids if disabled else {}))
+        for tick in range(1, 50):
+            reader.update([IMU._replace(time_usec=tick * 4000, fields_updated=0x1FFF)])
+        assert topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 49 * 4000
+        assert (topics.vehicle_magnetometer.timestamp == 0) is disabled
+        assert (topics.vehicle_air_data.timestamp == 0) is disabled
+
+
 def test_who_says_the_same_for_too_long_is_not_listened_to() -> None:
     """DataValidator: after more than 100 equal numbers neither vehicle_magnetometer nor vehicle_air_data is told."""
     reader, topics = sensors(SENS_MAG_RATE=50.0, SENS_BARO_RATE=50.0)

@@ -10,10 +10,7 @@ TIMEOUT_US: Final = 1_000_000
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """No sample for a second forbids arming, unless there is no barometer at all (SYS_HAS_BARO).
-
-    In flight no text is said of it, as measured on PX4 (inject_baro_off).
-    """
+    """No sample for a second forbids arming, unless there is no barometer at all (SYS_HAS_BARO)."""
     if not settings.sys_has_baro:
         return
     timestamp = topics.sensor_baro.timestamp
@@ -24,6 +21,4 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     event, text = "check_baro_no_data", "Preflight Fail: No valid data from Baro 0"
     if not timestamp:
         event, text = "check_baro_missing", "Preflight Fail: barometer 0 missing"
-    if topics.vehicle_status.armed:
-        text = ""
     findings.health_failure(ALL_MODES, Component.ABSOLUTE_PRESSURE, Severity.ERROR, event, 0, text=text)

@@ -1,26 +1,25 @@
-"""When a compass is said to have failed."""
+"""When a compass or a barometer is said to have failed."""
 
 import pytest
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.sensors.data_validator import DataValidator
-from sitl_emu.autopilot.sensors.magnetometer_failover import MagnetometerFailover
-from sitl_emu.autopilot.topics import SensorMag, Topics
+from sitl_emu.autopilot.sensors.sensor_failover import SensorFailover
 
 STEP_US = 20_000
 
 
 class Watched:
-    """A compass at 50 Hz, and what is said of it."""
+    """A sensor at 50 Hz, and what is said of it."""
 
-    def __init__(self) -> None:
-        self.topics, self.validator = Topics(), DataValidator()
+    def __init__(self, sensor: str = "MAG") -> None:
+        self.validator = DataValidator()
         self.said: list[tuple[float, Severity, str, tuple[float, ...]]] = []
-        self.failover = MagnetometerFailover(self.topics, self.validator, self._say)
+        self.failover = SensorFailover(sensor, self.validator, self._say)
         self.now_us = 0
 
     def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
-        assert event == "sensor_failover_mag"
+        assert event in ("sensor_failover_mag", "sensor_failover_baro")
         self.said.append((self.now_us * 1e-6, severity, text, arguments))
 
     def run(self, seconds: float, says: str = "something") -> None:
@@ -28,8 +27,7 @@ class Watched:
             self.now_us += STEP_US
             if says != "nothing":
                 value = 0.2 if says == "the same" else 0.2 + 1e-5 * (self.now_us // STEP_US % 7)
-                self.topics.sensor_mag = SensorMag(self.now_us, (value, value, value))
-                self.validator.put((value, value, value))
+                self.validator.put(self.now_us, (value, value, value))
             self.failover.update(self.now_us)
 
 
@@ -41,6 +39,14 @@ def test_silence_is_told_after_three_tenths_of_a_second_and_once() -> None:
     ((at, *told),) = compass.said
     assert at == pytest.approx(1.32)
     assert told == [Severity.EMERGENCY, "MAG #0 failed:  TIMEOUT!\t", (0, 4)]
+
+
+def test_a_barometer_is_told_by_its_name() -> None:
+    """Asked of a real PX4: CAL_BARO0_PRIO 0, which disables it."""
+    barometer = Watched("BARO")
+    barometer.run(1.0)
+    barometer.run(1.0, "nothing")
+    assert [text for _, _, text, _ in barometer.said] == ["BARO #0 failed:  TIMEOUT!\t"]
 
 
 def test_a_compass_that_never_spoke_has_not_failed() -> None:
