@@ -94,7 +94,7 @@ class Autopilot:
             self.texts.events.send,
             self.parameter_storage,
             self.outgoing,
-            self.texts.of("health_and_arming_checks"),
+            self.texts.of,
         )
         self.navigator = Navigator(
             *shared, self.dataman, self.texts.of("navigator"), self.texts.events.send, self.outgoing

@@ -5,6 +5,7 @@ PX4's Commander (src/modules/commander/Commander.cpp, v1.18).
 Left out: VTOL, rebooting (answered; restarting is the process's business), the safety switch that simulation lacks.
 """
 
+from collections.abc import Callable
 from typing import Final
 
 from sitl_emu.autopilot.commander import home_position
@@ -74,11 +75,12 @@ class Commander:
         send_event: SendEvent,
         storage: ParameterStorage | None = None,
         outgoing: OutgoingCommands | None = None,
-        say_of_checks: Say | None = None,
+        say_as: Callable[[str], Say] | None = None,
     ) -> None:
         """`say` tells the ground, `send_event` does so without a text; MAV_TYPE says what kind of vehicle it is.
 
-        `outgoing` takes the commands that it gives to others; `say_of_checks` is the arming checks' own `say`.
+        `outgoing` takes the commands that it gives to others; `say_as` gives the `say` of those parts that PX4
+        counts as modules of their own.
         """
         self._topics = topics
         self._parameters = parameters
@@ -87,7 +89,9 @@ class Commander:
         self._mav_type = int(parameters["MAV_TYPE"])
         self._vehicle_kind = kind = VehicleKind.of_mav_type(self._mav_type)
         topics.vehicle_status = VehicleStatus(vehicle_kind=kind, mav_type=self._mav_type)
-        self._checks = HealthAndArmingChecks(topics, parameters, say_of_checks or say, send_event)
+        of = say_as or (lambda module: say)
+        self._say_failsafe = of("failsafe")
+        self._checks = HealthAndArmingChecks(topics, parameters, of("health_and_arming_checks"), send_event)
         self._intention = UserModeIntention(self._checks, NavState(int(parameters["COM_FLTMODE_BOOT"])))
         self._outgoing = outgoing if outgoing is not None else OutgoingCommands()
         self._authorization = ArmAuthorization(parameters, self._outgoing, say)
@@ -417,4 +421,4 @@ class Commander:
         if notice.action is Action.WARN:
             self._send_event(event, failsafe_severity(notice), *arguments)
             return
-        self._say(Severity.CRITICAL, f"Failsafe activated{hold}\t", event, *arguments)
+        self._say_failsafe(Severity.CRITICAL, f"Failsafe activated{hold}\t", event, *arguments)

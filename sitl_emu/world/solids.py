@@ -4,6 +4,7 @@ Geometry is PyBullet's (`bullet.py`). What stands or moves by itself has no mass
 """
 
 import math
+import weakref
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,7 @@ class Solids:
         """`folder`: where mesh files lie. Raises WorldError."""
         self._bullet = engine.load("solids, loose bodies, or things with a height")
         self._client: int = self._bullet.connect(self._bullet.DIRECT)
+        weakref.finalize(self, self._bullet.disconnect, physicsClientId=self._client)  # 30 MB, and Bullet has 1024
         self._ground, self._folder = medium.ground, folder
         self.names: dict[int, str] = {}
         """By Bullet's number."""

@@ -1,6 +1,7 @@
 """Loose bodies: they fall as they should, never gain energy, come to rest, float, and are met, seen and pushed."""
 
 import builtins
+import gc
 import math
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 from sitl_emu import vehicles
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.run.messages import LooseAt
+from sitl_emu.world import bullet as bullet_of_ours
 from sitl_emu.world.atmosphere import density_kg_m3, gravity_m_s2
 from sitl_emu.world.description import Box, Cylinder, Hull, Loose, WorldError, loose_of, plain, read
 from sitl_emu.world.ground import FlatGround
@@ -23,6 +25,7 @@ from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from sitl_emu.world.terrain import HeightMap
 from sitl_emu.world.world import World
+from tests.typed import present
 
 HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 GRAVITY = gravity_m_s2(HOME.lat_deg)
@@ -321,3 +324,14 @@ def test_another_process_sees_what_was_released_here() -> None:
             assert hit.name == [name] and seen.depth_m[32, 32] == pytest.approx(hit.range_m[0], abs=0.03)
     walks = renderer.look(np.array((0.0, 8.0, -4.0)), looking_down, 4.0)
     assert scene.moves and scene.names[walks.objects[32, 32]] == "person", "whoever moves is where it was"
+
+
+def test_a_world_that_is_dropped_gives_back_what_bullet_holds_for_it() -> None:
+    """30 MB each, and Bullet has room for 1024 at a time."""
+    bullet = bullet_of_ours.load("a test")
+    solids = present(world_of().solids)
+    client = solids._client
+    assert bullet.isConnected(client)
+    del solids
+    gc.collect()
+    assert not bullet.isConnected(client)

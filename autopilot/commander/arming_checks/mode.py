@@ -63,12 +63,12 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
         findings.arming_check_failure(PREVENT_ARMING_MODES, Component.SYSTEM, Severity.INFO, event)
     for lack in LACKS:
         if getattr(findings, lack.flag):
-            modes, text = MODES_THAT_NEED[lack.need], ""
+            modes = MODES_THAT_NEED[lack.need]
             if lack.need is Need.LOCAL_POSITION and findings.local_position_invalid_relaxed:
                 modes |= MODES_THAT_NEED[Need.LOCAL_POSITION_RELAXED]
             if lack.need is Need.MISSION and settings.com_arm_mis_req:
-                modes, text = ALL_MODES, "Preflight Fail: No valid mission available"
-            findings.arming_check_failure(modes, lack.component, lack.level, lack.event, text=text)
+                modes = ALL_MODES
+            findings.arming_check_failure(modes, lack.component, lack.level, lack.event)
     if findings.manual_control_signal_lost:
         disabled = settings.com_rc_in_mode == STICKS_DISABLED
         modes = MODES_THAT_NEED[Need.MANUAL_CONTROL] if disabled else NO_MODE
