@@ -73,7 +73,7 @@ COMMON = (
     LoggedTopic("actuator_armed", STATE_MS, commander.actuator_armed, state=True),
     LoggedTopic("cpuload", 0, commander.cpuload),
     LoggedTopic("position_setpoint_triplet", 200, navigator.position_setpoint_triplet),
-    LoggedTopic("vehicle_roi", ON_CHANGE, navigator.vehicle_roi, state=True),
+    LoggedTopic("vehicle_roi", 1000, navigator.vehicle_roi),
     LoggedTopic("mission_result", ON_CHANGE, navigator.mission_result, state=True),
     LoggedTopic("navigator_status", 0, navigator.navigator_status),
     LoggedTopic("navigator_mission_item", 0, navigator.navigator_mission_item),

@@ -48,15 +48,15 @@ class Roi:
 
         The deprecated ones choose a mode alone: their place is dropped, so that a location is where both are 0.
         """
-        number, topics = command.command, self._state.topics
+        number = command.command
         if number == mavlink.MAV_CMD_DO_SET_ROI_LOCATION:
-            topics.vehicle_roi = VehicleRoi(MODE_LOCATION, command.param5, command.param6, command.param7)
+            roi = VehicleRoi(MODE_LOCATION, command.param5, command.param6, command.param7)
         elif number == mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET:
             pitch, roll, yaw = (math.radians(value) for value in (command.param5, command.param6, command.param7))
-            topics.vehicle_roi = VehicleRoi(MODE_WPNEXT, roll_offset=roll, pitch_offset=pitch, yaw_offset=yaw)
+            roi = VehicleRoi(MODE_WPNEXT, roll_offset=roll, pitch_offset=pitch, yaw_offset=yaw)
         elif number == mavlink.MAV_CMD_DO_SET_ROI_NONE:
-            topics.vehicle_roi = VehicleRoi()
+            roi = VehicleRoi()
         else:
             mode = int(command.param1) & 0xFF if math.isfinite(command.param1) else 0
-            topics.vehicle_roi = VehicleRoi(mode, 0.0, 0.0, 0.0)
-        self._roi = topics.vehicle_roi
+            roi = VehicleRoi(mode, 0.0, 0.0, 0.0)
+        self._roi = self._state.topics.vehicle_roi = roi._replace(timestamp=self._state.now_us)

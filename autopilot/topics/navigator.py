@@ -34,7 +34,8 @@ class PositionSetpointTriplet(NamedTuple):
 
 
 class VehicleRoi(NamedTuple):
-    """Region of interest: mode 0 none, 1 the next waypoint turned by offsets (rad), 3 a location."""
+    """Region of interest: mode 0 none, 1 the next waypoint turned by offsets (rad), 3 a location; timestamp 0 when
+    nobody has ever set one."""
 
     mode: int = 0
     lat: float = NAN
@@ -43,6 +44,7 @@ class VehicleRoi(NamedTuple):
     roll_offset: float = 0.0
     pitch_offset: float = 0.0
     yaw_offset: float = 0.0
+    timestamp: int = 0
 
 
 class MissionResult(NamedTuple):

@@ -32,6 +32,7 @@ from sitl_emu.autopilot.topics import (
     VehicleAttitude,
     VehicleCommand,
     VehicleLocalPosition,
+    VehicleRoi,
     VehicleStatus,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -219,6 +220,18 @@ def test_what_nobody_has_written_is_not_logged(tmp_path: Path) -> None:
     logged = {dataset.name for dataset in rig.read(FIRST).data_list if len(dataset.data["timestamp"])}
     assert "sensor_combined" in logged
     assert not logged & {"vehicle_attitude", "vehicle_local_position", "battery_status", "position_setpoint_triplet"}
+
+
+def test_a_region_of_interest_is_logged_once_there_is_one(tmp_path: Path) -> None:
+    """Navigator publishes vehicle_roi on its command alone."""
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(2.0)
+    set_us = rig.now_us
+    rig.topics.vehicle_roi = VehicleRoi(3, 47.4, 8.5, 500.0, timestamp=set_us)
+    rig.run(2.0)
+    rig.logger.shut_down()
+    data = rig.read(FIRST).get_dataset("vehicle_roi").data
+    assert list(data["timestamp"]) == [set_us] and list(data["lat"]) == [47.4]
 
 
 def test_a_record_that_stays_is_logged_once(tmp_path: Path) -> None:

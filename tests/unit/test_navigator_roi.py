@@ -19,8 +19,9 @@ NAV_ROI, LOCATION, WPNEXT_OFFSET, NONE, SET_ROI = 80, 195, 196, 197, 201
 
 def made_of(number: int, *params: float) -> VehicleRoi:
     topics = Topics()
-    Roi(cast(Any, SimpleNamespace(topics=topics))).take(vehicle_command(number, *params))
-    return topics.vehicle_roi
+    Roi(cast(Any, SimpleNamespace(topics=topics, now_us=4000))).take(vehicle_command(number, *params))
+    assert topics.vehicle_roi.timestamp == 4000
+    return topics.vehicle_roi._replace(timestamp=0)
 
 
 def test_a_location_an_offset_and_none() -> None:

@@ -34,7 +34,7 @@ def position_setpoint_triplet(record: PositionSetpointTriplet) -> bytes:
     return TIME.pack(record.timestamp) + b"".join(_position_setpoint(setpoint) for setpoint in record[1:])
 
 
-vehicle_roi = by_name("vehicle_roi", VehicleRoi, {"timestamp": 0})
+vehicle_roi = by_name("vehicle_roi", VehicleRoi)
 mission_result = by_name(
     "mission_result", MissionResult, zeros("home_position_counter", "item_do_jump_remaining", "execution_mode")
 )
