@@ -35,6 +35,10 @@ CRAWL_SPEED_MARGIN = 1.2
 """MulticopterLandDetector::_update_params: MPC_LAND_CRWL and MPC_LAND_SPEED are so much faster than LNDMC_Z_VEL_MAX."""
 
 
+UNKNOWN_PRIORITY, MOST_PRIORITY = -1, 100
+"""CAL_…_PRIO (lib/sensor_calibration): PX4's default, and the most."""
+
+
 class Correction(NamedTuple):
     """A module, the parameter that it may correct, what it makes of it, and whether it notifies others."""
 
@@ -62,6 +66,14 @@ def _integration_rate(parameters: Parameters) -> int:
 def _gyro_rate(parameters: Parameters) -> int:
     rate = int(parameters["IMU_GYRO_RATEMAX"])
     return max(50, min(10_000, rate if rate > 0 else int(parameters.default("IMU_GYRO_RATEMAX"))))
+
+
+def _priority(name: str) -> Callable[[Parameters], int]:
+    def corrected(parameters: Parameters) -> int:
+        value = int(parameters[name])
+        return value if UNKNOWN_PRIORITY <= value <= MOST_PRIORITY else UNKNOWN_PRIORITY
+
+    return corrected
 
 
 def _mag_type(parameters: Parameters) -> int:
@@ -93,6 +105,10 @@ def _air_mode(parameters: Parameters) -> int:
 EVERYWHERE = (
     Correction("vehicle_imu", "IMU_INTEG_RATE", _integration_rate, False),
     Correction("vehicle_angular_velocity", "IMU_GYRO_RATEMAX", _gyro_rate, False),
+    Correction("vehicle_imu", "CAL_ACC0_PRIO", _priority("CAL_ACC0_PRIO"), False),
+    Correction("vehicle_imu", "CAL_GYRO0_PRIO", _priority("CAL_GYRO0_PRIO"), False),
+    Correction("vehicle_air_data", "CAL_BARO0_PRIO", _priority("CAL_BARO0_PRIO"), False),
+    Correction("vehicle_magnetometer", "CAL_MAG0_PRIO", _priority("CAL_MAG0_PRIO"), False),
     Correction("vehicle_magnetometer", "CAL_MAG_SIDES", lambda parameters: parameters["SENS_MAG_SIDES"], True),
     Correction(
         "ekf2",

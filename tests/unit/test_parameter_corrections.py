@@ -25,6 +25,9 @@ SECOND_US = 1_000_000
         ("EKF2_MAG_TYPE", 3, 0),
         ("EKF2_MAG_TYPE", 5, 5),
         ("MAV_TYPE", 99, 0),
+        ("CAL_MAG0_PRIO", 200, -1),
+        ("CAL_BARO0_PRIO", -2, -1),
+        ("CAL_ACC0_PRIO", 100, 100),
     ],
 )
 def test_a_value_without_sense_is_set_right(name: str, value: float, corrected: float) -> None:
