@@ -69,6 +69,7 @@ HOT: dict[str, tuple[str, ...]] = {
         "navigator/navigator.py",
         "parameters/parameters.py",
         "parameters/subscription_interval.py",
+        "sensors/battery.py",
         "sensors/battery_estimator.py",
         "sensors/data_validator.py",
         "sensors/imu_integrator.py",

@@ -76,16 +76,10 @@ def is_calibrated(parameters: Parameters, sensor: str) -> bool:
     return _slot(parameters, sensor) is not None
 
 
-def is_enabled(parameters: Parameters, sensor: str) -> bool:
-    """Whether a sensor's calibration has a priority above 0 (-1, PX4's default, is none)."""
+def priority(parameters: Parameters, sensor: str) -> int:
+    """CAL_…_PRIO of a sensor's calibration: 0 disables it; -1, PX4's default, also without a calibration."""
     slot = _slot(parameters, sensor)
-    return slot is not None and int(parameters[f"CAL_{sensor}{slot}_PRIO"]) > 0
-
-
-def is_disabled(parameters: Parameters, sensor: str) -> bool:
-    """Whether nobody shall use a sensor: its priority is 0."""
-    slot = _slot(parameters, sensor)
-    return slot is not None and int(parameters[f"CAL_{sensor}{slot}_PRIO"]) == 0
+    return -1 if slot is None else int(parameters[f"CAL_{sensor}{slot}_PRIO"])
 
 
 def _slot(parameters: Parameters, sensor: str) -> int | None:

@@ -2,19 +2,18 @@
 
 PX4 v1.18's simulator_mavlink (src/modules/simulation/simulator_mavlink) and vehicle_air_data: units become SI, the
 barometer's pressure becomes an altitude by the standard atmosphere (SENS_BARO_QNH), a distance out of range becomes
-NaN, and the battery's charge is low-passed and gets its warning level (src/lib/battery; BAT_LOW_THR, BAT_CRIT_THR,
-BAT_EMERGEN_THR). Here the failures that were injected befall the sensors: one that is off says nothing, one that is
-stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty. Calibrations (CAL_*,
-SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to SENS_BARO_RATE and SENS_MAG_RATE
-(vehicle_air_data, vehicle_magnetometer), unless they have said the same for too long; HIL_STATE_QUATERNION (the truth)
-is kept for the log alone.
+NaN. The battery is `battery.py`'s. Here the failures that were injected befall the sensors: one that is off says
+nothing, one that is stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty.
+Calibrations (CAL_*, SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to SENS_BARO_RATE and
+SENS_MAG_RATE (vehicle_air_data, vehicle_magnetometer), unless they have said the same for too long;
+HIL_STATE_QUATERNION (the truth) is kept for the log alone.
 """
 
 import math
 from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.sensors.battery_estimator import BatteryEstimator
+from sitl_emu.autopilot.sensors.battery import Battery
 from sitl_emu.autopilot.sensors.data_validator import DataValidator
 from sitl_emu.autopilot.sensors.imu_integrator import ImuIntegrator
 from sitl_emu.autopilot.sensors.sensor_calibration import (
@@ -26,7 +25,7 @@ from sitl_emu.autopilot.sensors.sensor_calibration import (
     corrected_gyro,
     corrected_mag,
     corrections_of,
-    is_disabled,
+    priority,
 )
 from sitl_emu.autopilot.system.failure_injection import (
     ACCEL,
@@ -41,7 +40,6 @@ from sitl_emu.autopilot.system.failure_injection import (
 )
 from sitl_emu.autopilot.topics import (
     NAN,
-    BatteryStatus,
     DistanceSensorSample,
     EscStatus,
     GroundTruth,
@@ -77,21 +75,8 @@ DOWNWARD: Final = 25
 """MAV_SENSOR_ROTATION_PITCH_270: what the estimator takes for a height above ground."""
 SEA_LEVEL_TEMPERATURE_K: Final = 288.15
 LAPSE_RATE_K_M: Final = 0.0065
-CHARGE_TIME_CONSTANT_S: Final = 1.0
 LARGEST_ACCEL_M_S2: Final = 1000.0
 """An accelerometer tells no more (ours: a hundred g, which no flight reaches, but a vehicle without mass does)."""
-AVERAGE_CURRENT_TIME_CONSTANT_S: Final = 50.0
-POWER_MODULE: Final = 0
-"""BAT1_SOURCE of a battery like ours; with another nobody hears of it (Battery::publishBatteryStatus)."""
-BATTERY_EVERY_US: Final = 10_000
-"""How often PX4's simulated battery is published (BatterySimulator.hpp). A simulator measures ours less often, and what
-it measured last is said again, so that who asks gets an answer as often."""
-NEVER_US: Final = 1 << 62
-UNKNOWN_CURRENT_A: Final = -1.0
-"""How PX4's battery says that it has no current sensor."""
-GREATEST_SCALE: Final = 1.3
-LEAST_CURRENT_A: Final = 1e-3
-SECONDS_PER_HOUR: Final = 3600.0
 MILLI_G_M_S2: Final = 9.80665e-3
 GRAVITY_M_S2: Final = 9.80665
 WRONG_DEG: Final = 1.0
@@ -150,7 +135,7 @@ class Mean:
 
 class Sensors:
     """Writer of sensor_imu, _combined, _baro, _mag and _gps, vehicle_magnetometer, vehicle_air_data, distance_sensor,
-    battery_status, esc_status, ranging_beacon and groundtruth."""
+    esc_status, ranging_beacon and groundtruth."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
@@ -163,10 +148,7 @@ class Sensors:
         self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(1, keeps_pace=True)
         self.mag_validator, self.baro_validator = DataValidator(), DataValidator()
         self._mag_calibrations = self._baro_calibrations = 0
-        self._average_current_a = NAN
-        self._estimator: BatteryEstimator | None = None
-        self._cell_v = NAN
-        self._battery_measured_us, self._battery_due_us = 0, NEVER_US
+        self._power_module = Battery(topics, parameters)
         self._corrections = NONE
         self._corrects = False
         self._mag_disabled = self._baro_disabled = False
@@ -190,7 +172,7 @@ class Sensors:
             elif type(message) is DistanceSensor:
                 self._on_distance_sensor(message)
             elif type(message) is SimulatedBattery:
-                self._on_battery(message)
+                self._power_module.measured(self._now_us, message, is_off=self._battery == OFF)
             elif type(message) is HilStateQuaternion:
                 self._on_truth(message)
             elif type(message) is EscTelemetry:
@@ -198,16 +180,14 @@ class Sensors:
                 self._topics.esc_status = EscStatus(self._now_us, before + message.rpm)
             elif type(message) is RangingBeacon:
                 self._on_ranging_beacon(message)
-        if self._now_us >= self._battery_due_us:
-            self._battery_due_us = max(self._battery_due_us + BATTERY_EVERY_US, self._now_us)
-            self._topics.battery_status = self._topics.battery_status._replace(timestamp=self._now_us)
+        self._power_module.repeat(self._now_us)
         return self._now_us
 
     def _take_calibration(self) -> None:
         """What the parameters say; the compass keeps its calibration while armed, until a parameter changes afterwards
         (VehicleMagnetometer::ParametersUpdate)."""
         known, told = self._corrections, corrections_of(self._parameters)
-        self._mag_disabled, self._baro_disabled = (is_disabled(self._parameters, each) for each in ("MAG", "BARO"))
+        self._mag_disabled, self._baro_disabled = (priority(self._parameters, each) == 0 for each in ("MAG", "BARO"))
         if self._topics.vehicle_status.armed:
             told = told._replace(mag_offset=known.mag_offset, mag_matrix=known.mag_matrix)
         self._corrections, self._corrects = told, told != NONE
@@ -392,87 +372,6 @@ class Sensors:
             *acceleration_ned(message),
         )
 
-    def _on_battery(self, message: SimulatedBattery) -> None:
-        if int(self._parameters["BAT1_SOURCE"]) != POWER_MODULE:
-            self._battery_due_us = NEVER_US
-            return
-        now_us, previous = self._now_us, self._topics.battery_status
-        known = message.current_ca >= 0
-        current_a = message.current_ca * 1e-2 if known else NAN
-        resting_a = float(self._parameters["BAT1_I_OVERWRITE"])
-        if resting_a > 0.0 and not self._topics.vehicle_status.armed:
-            known, current_a = True, resting_a  # whatever was measured (Battery::updateCurrent)
-        told_a = current_a if known else UNKNOWN_CURRENT_A
-        dt_s = (now_us - self._battery_measured_us) * 1e-6 if previous.connected else 0.0
-        self._battery_measured_us = now_us
-        if self._battery_due_us == NEVER_US:
-            self._battery_due_us = now_us + BATTERY_EVERY_US
-        discharged_mah = previous.discharged_mah + (current_a * dt_s / 3.6 if known else 0.0)
-        voltage_v, charge = message.voltage_mv * 1e-3, message.remaining_pct * 1e-2
-        if self._battery == OFF:
-            cells, empty_v = int(self._parameters["BAT1_N_CELLS"]), float(self._parameters["BAT1_V_EMPTY"])
-            voltage_v, charge = cells * empty_v, 0.0
-        cells = int(self._parameters["BAT1_N_CELLS"])
-        cell_v = voltage_v / max(cells, 1)
-        estimator = self._estimator
-        if not previous.connected or estimator is None:
-            self._estimator = estimator = BatteryEstimator(cells, voltage_v, told_a)
-            self._cell_v = cell_v
-        else:
-            weight = 1.0 - math.exp(-dt_s / CHARGE_TIME_CONSTANT_S)
-            old = previous.remaining
-            charge = old + (charge - old) * weight
-            self._cell_v += (cell_v - self._cell_v) * weight
-            estimator.update(voltage_v, told_a, dt_s)
-        self._topics.battery_status = BatteryStatus(
-            now_us,
-            True,
-            voltage_v,
-            current_a,
-            charge,
-            discharged_mah,
-            battery_warning(self._parameters, charge),
-            time_remaining_s=self._time_remaining_s(told_a, charge, dt_s),
-            current_average_a=self._average_current_a,
-            scale=self._battery_scale(),
-            cell_count=cells,
-            internal_resistance_estimate=estimator.resistance_ohm,
-            ocv_estimate=estimator.ocv_of(voltage_v, told_a),
-            ocv_estimate_filtered=estimator.ocv_v,
-            volt_based_soc_estimate=self._charge_of(estimator.ocv_v / max(cells, 1)),
-            voltage_prediction=estimator.prediction_v,
-            prediction_error=estimator.error_v,
-            estimation_covariance_norm=estimator.covariance_norm,
-        )
-
-    def _battery_scale(self) -> float:
-        """How much the voltage has fallen from BAT1_V_CHARGED, within limits (Battery::computeScale)."""
-        if not self._cell_v > 0.0:
-            return 1.0
-        return max(1.0, min(GREATEST_SCALE, float(self._parameters["BAT1_V_CHARGED"]) / self._cell_v))
-
-    def _charge_of(self, cell_v: float) -> float:
-        """0..1 between BAT1_V_EMPTY and BAT1_V_CHARGED."""
-        empty_v, charged_v = float(self._parameters["BAT1_V_EMPTY"]), float(self._parameters["BAT1_V_CHARGED"])
-        span_v = charged_v - empty_v
-        return max(0.0, min(1.0, (cell_v - empty_v) / span_v)) if span_v > 0.0 else 0.0
-
-    def _time_remaining_s(self, current_a: float, charge: float, dt_s: float) -> float:
-        """Until empty at the average current in flight, at first BAT_AVRG_CURRENT (Battery::computeRemainingTime).
-
-        A current that nobody measures (-1 A) counts as none, and the average fades away.
-        """
-        average_a = self._average_current_a
-        if not average_a > LEAST_CURRENT_A:
-            average_a = float(self._parameters["BAT_AVRG_CURRENT"])
-        if self._topics.actuator_armed.armed and math.isfinite(current_a):
-            average_a += (max(current_a, 0.0) - average_a) * (1.0 - math.exp(-dt_s / AVERAGE_CURRENT_TIME_CONSTANT_S))
-        self._average_current_a = average_a
-        capacity_mah = float(self._parameters["BAT1_CAPACITY"])
-        if not capacity_mah > 0.0:
-            return NAN
-        return charge * capacity_mah * 1e-3 / max(average_a, LEAST_CURRENT_A) * SECONDS_PER_HOUR
-
 
 def signal_quality(told: int, *, within: bool) -> int:
     """UORB's percentage of MAVLink's, which begins at 1; who does not know it (-1) is out of range or not."""
@@ -495,17 +394,6 @@ def acceleration_ned(message: HilStateQuaternion) -> Vector3:
         2.0 * (x * y + w * z) * ax + (1.0 - 2.0 * (x * x + z * z)) * ay + 2.0 * (y * z - w * x) * az,
         2.0 * (x * z - w * y) * ax + 2.0 * (y * z + w * x) * ay + (1.0 - 2.0 * (x * x + y * y)) * az + GRAVITY_M_S2,
     )
-
-
-def battery_warning(parameters: Parameters, remaining: float) -> int:
-    """0 none, 1 low, 2 critical, 3 emergency."""
-    # Thresholds are float32 values, a little above the numbers that they stand for.
-    remaining += 1e-6
-    if remaining < parameters["BAT_EMERGEN_THR"]:
-        return 3
-    if remaining < parameters["BAT_CRIT_THR"]:
-        return 2
-    return 1 if remaining < parameters["BAT_LOW_THR"] else 0
 
 
 def altitude_m(pressure_hpa: float, sea_level_hpa: float) -> float:

@@ -65,7 +65,7 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.events.events import PROTOCOL
 from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.sensors.sensor_calibration import is_calibrated, is_enabled
+from sitl_emu.autopilot.sensors.sensor_calibration import is_calibrated, priority
 from sitl_emu.autopilot.topics import HealthReport, Topics
 
 Check = Callable[[int, Topics, Settings, Findings], None]
@@ -254,7 +254,7 @@ def settings_of(parameters: Parameters) -> Settings:
         com_arm_traff=int(parameters["COM_ARM_TRAFF"]),
         com_parachute=int(parameters["COM_PARACHUTE"]),
         calibrated=frozenset(sensor for sensor in ("ACC", "GYRO", "MAG") if is_calibrated(parameters, sensor)),
-        mag_enabled=is_enabled(parameters, "MAG"),
+        mag_enabled=priority(parameters, "MAG") > 0,
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),
         rc_channels=tuple(_rc_channel(parameters, number) for number in range(1, RC_CHANNELS + 1)),
         com_cc_temp_warn=float(parameters["COM_CC_TEMP_WARN"]),

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.sensors.sensors import battery_warning
+from sitl_emu.autopilot.sensors.battery import battery_warning
 from sitl_emu.autopilot.topics import BatteryStatus as BatteryStatusSample
 from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
