@@ -124,8 +124,8 @@ def shortfalls(figures: dict[str, Any]) -> list[str]:
     """What of these figures is no success."""
     told = []
     if figures["targets_total"] and not figures["delivered"]:
-        why = f": {figures['abort_reason']}" if figures["abort_reason"] else f" ({figures['ending']})"
-        told.append(f"parcel not delivered{why}")
+        aborted = figures["ending"] == "aborted"
+        told.append("parcel not delivered" + (f": {figures['abort_reason']}" if aborted else f" ({figures['ending']})"))
     if figures["diversions_false"]:
         told.append(f"{figures['diversions_false']} false diversions")
     if figures["scan_share"] is not None and figures["scan_share"] < 1.0:

@@ -290,12 +290,13 @@ def test_what_looks_dry_in_the_midst_of_it_is_no_place() -> None:
     assert places.choose(over, region, (15.0, 15.0), lake) is None
 
 
+@pytest.mark.parametrize("tangent", [0.3, 0.7])
 @pytest.mark.parametrize("above", [True, False])
-def test_what_was_seen_from_above_to_be_none_is_none_from_aslant(above: bool) -> None:
+def test_what_was_seen_from_above_to_be_none_is_none_from_aslant(above: bool, tangent: float) -> None:
     over, pond = a_map(), (14.0, 13.0, 16.0, 15.0)
     for _ in range(4 if above else 0):
         over.update(pose_at(15.0, 14.0), 0.0, areas_of(pose_at(15.0, 14.0), (0.0, 0.0, 0.0, 0.0)))
-    aslant = pose_at(15.0, 14.0 + 0.7 * UP_M)
+    aslant = pose_at(15.0, 14.0 + tangent * UP_M)
     for _ in range(12):
         over.update(aslant, 0.0, areas_of(aslant, pond))
     assert [region.label for region in over.regions()] == ([] if above else ["water_body"])
@@ -346,6 +347,20 @@ def test_an_areas_edge_is_where_half_of_a_part_shows_it() -> None:
     assert places.is_beside(over, region, (shore[0] - 4.0, 14.0))
     assert not places.is_beside(over, region, (shore[0] - 7.0, 14.0))
     assert not places.is_beside(over, region, (500.0, 14.0))
+
+
+def test_an_edge_is_where_it_is_seen_from_above_and_not_where_more_looks_from_aslant_have_it() -> None:
+    """What stands is seen beside its place from aslant."""
+    over, behind = a_map(), (POND[0] - 2.0, *POND[1:])
+    above, aslant = pose_at(POND[0], 14.0), pose_at(POND[0] + 0.65 * UP_M, 14.0, math.pi / 2.0)
+    for pose, shown, frames in ((above, POND, 10), (aslant, behind, 20)):
+        for _ in range(frames):
+            over.update(pose, 0.0, areas_of(pose, shown, 0.9))
+    row, column = over.cell(POND[0] - 1.5, 14.0) or (0, 0)
+    assert over.looks[row, column] == 30
+    assert 0.2 < over.doubt[row, column] < places.HALF
+    within = over.cell(POND[0] + 1.5, 14.0)
+    assert within is not None and over.doubt[within] == pytest.approx(0.9, abs=0.05)
 
 
 def test_a_plain_roof_is_no_place_by_its_mapped_edges() -> None:

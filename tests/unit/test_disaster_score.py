@@ -146,6 +146,8 @@ def test_an_abort_is_told_with_its_reason() -> None:
     got = scored(confirmed(), stays, MAPPED)
     assert (got["ending"], got["abort_reason"]) == ("aborted", "drift")
     assert got["shortfalls"] == ["parcel not delivered: drift"]
+    lies_off = scored(confirmed(), stays, rests(7.0, 30.0), MAPPED)
+    assert lies_off["shortfalls"] == ["parcel not delivered (misdelivered)"], "it went elsewhere after all"
 
 
 def test_an_edge_far_from_any_true_one_or_of_another_label_is_a_false_diversion() -> None:
