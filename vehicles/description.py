@@ -180,15 +180,14 @@ class Imu:
 class Magnetometer:
     """White noise per axis of one sample (gauss), hard-iron bias left after calibration, rate.
 
-    `is_px4s` makes it PX4's SensorMagSim, which runs beside SIH's loop and dates a sample by the newest attitude: of
-    this step of 4 ms or the one before, which of them is chance (even, which is ours). Were it always this one,
-    VehicleMagnetometer's means at 15 Hz would lock to 1 and 6 samples in turn.
+    `early_share`: of its samples so many are of the tick of 4 ms before. PX4's SensorMagSim runs beside SIH's loop and
+    takes the newest attitude, sometimes before SIH has told this step's.
     """
 
     noise_gauss: Annotated[Vector3, Limits(0.0)]
     rate_hz: Annotated[float, Limits(1.0, 250.0)]
     bias_gauss: Annotated[float, Limits(0.0)] = 0.0
-    is_px4s: bool = False
+    early_share: Annotated[float, Limits(0.0, 1.0)] = 0.0
 
 
 @dataclass(frozen=True, slots=True)

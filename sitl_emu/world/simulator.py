@@ -268,7 +268,7 @@ class VehicleSimulator:
         body, updated = self.dynamics, 0
         if now_us >= self._mag_at:
             self._mag_due = _next_us(self._mag_due, self._mag_every, now_us)
-            self._mag_at = self._mag_due + TICK_US * self.magnetometer.is_late()
+            self._mag_at = self._mag_due - TICK_US * self.magnetometer.is_early()
             if not self.mag_off:
                 self._mag = self.magnetometer.read(body.q)
                 updated |= FIELDS_UPDATED_MAG

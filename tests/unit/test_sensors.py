@@ -2,6 +2,7 @@
 
 import math
 import statistics
+from itertools import pairwise
 
 import pytest
 
@@ -41,19 +42,24 @@ def test_what_is_not_updated_stays() -> None:
 
 @pytest.mark.parametrize("model", ["sihsim_hex", "sihsim_rover_ackermann"])
 def test_means_of_a_built_in_simulator_s_magnetometer_spread_as_in_px4(model: str) -> None:
-    """PX4 v1.18: by 0.0112 to 0.0150 gauss along x (flights/sihsim_hex/noise_at_rest), 14.27 a second (its log)."""
+    """PX4 v1.18: by 0.0112 to 0.0150 gauss along x (flights/sihsim_hex/noise_at_rest), 14.27 a second (its log).
+
+    Its means are of 1 and 6 samples in turn first, then of 2 and 5, and of 3 and 4 in the end.
+    """
     reader, topics = sensors()
     simulator = VehicleSimulator(vehicles.load(model), Home(47.397742, 8.545594, 489.4, 0.0), 1, FlatGround())
-    spreads, means = [], set()
-    for _ in range(4):
-        told = []
-        for _ in range(7500):
-            reader.update(simulator.tick(None))
+    samples, counts, told = 0, list[int](), list[float]()
+    for _ in range(int(120.0 / 0.004)):
+        sampled_us, mean_us = topics.sensor_mag.timestamp, topics.vehicle_magnetometer.timestamp_sample
+        reader.update(simulator.tick(None))
+        samples += topics.sensor_mag.timestamp != sampled_us
+        if topics.vehicle_magnetometer.timestamp_sample != mean_us:
+            counts, samples = [*counts, samples], 0
             told.append(topics.vehicle_magnetometer.magnetometer_ga[0])
-            means.add(topics.vehicle_magnetometer.timestamp_sample)
-        spreads.append(statistics.pstdev(told[250:]))
-    assert 0.0112 < statistics.fmean(spreads) < 0.0150
-    assert len(means) / 120.0 == pytest.approx(14.27, abs=0.05)
+    assert 0.0112 < statistics.pstdev(told) < 0.0150
+    assert len(counts) / 120.0 == pytest.approx(14.27, abs=0.02)
+    assert set(counts[1:14]) == {1, 6} and 1 not in counts[-700:]
+    assert all(six_or_eight in {6, 7, 8} for six_or_eight in map(sum, pairwise(counts[1:])))
 
 
 def test_pressure_altitude_is_the_standard_atmosphere_s() -> None:

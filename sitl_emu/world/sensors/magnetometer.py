@@ -16,7 +16,7 @@ class Magnetometer:
         draw = self._draw = normals(seed, name, "magnetometer")
         self._bias = (data.bias_gauss * draw(), data.bias_gauss * draw(), data.bias_gauss * draw())
         self._noise = data.noise_gauss
-        self._is_px4s, self._late = data.is_px4s, generator(seed, name, "magnetometer", "late")
+        self._early_share, self._early = data.early_share, generator(seed, name, "magnetometer", "early")
         self.offset_gauss = (0.0, 0.0, 0.0)
         """PX4's SIM_MAG_OFFSET_X, _Y, _Z."""
         horizontal = field.strength_gauss * math.cos(field.inclination_rad)
@@ -26,9 +26,9 @@ class Magnetometer:
             field.strength_gauss * math.sin(field.inclination_rad),
         )
 
-    def is_late(self) -> bool:
-        """Whether the next sample will come a tick late, which PX4's do by chance."""
-        return self._is_px4s and self._late.random() < 0.5
+    def is_early(self) -> bool:
+        """Whether the next sample will be of the tick before."""
+        return self._early_share > 0.0 and self._early.random() < self._early_share
 
     def read(self, attitude: Quaternion) -> tuple[float, float, float]:
         """Field along body x, y, z, gauss."""
