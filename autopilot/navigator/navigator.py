@@ -232,9 +232,11 @@ class Navigator:
                 self._mission.on_inactive()
             if mode is not self._mode and not self._keeps_setpoint(mode):
                 state.reset_triplet()
-            self._mode = mode
+            before, self._mode = self._mode, mode
             if mode is not None:
                 mode.on_activation()
+            if isinstance(before, PrecLand) and mode is not before and mode is not self._course:
+                before.on_inactivation()  # PX4 goes through its modes in order, and this one comes after all but Course
         elif mode is not None:
             mode.on_active()
             self._is_too_high = stop_below_ceiling(state) or self._is_too_high

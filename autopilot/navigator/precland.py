@@ -85,6 +85,12 @@ class PrecLand:
         """AUTO_PRECLAND: the target is required."""
         self.begin(Precision.REQUIRED)
 
+    def on_inactivation(self) -> None:
+        """Another mode is flown: its setpoint loses its yaw, a commanded one, too (PrecLand::on_inactivation)."""
+        triplet = self._state.triplet
+        current = triplet.current._replace(yaw=math.nan)
+        self._state.fly(current, previous=triplet.previous, following=triplet.next)
+
     def begin(self, precision: Precision) -> None:
         """Look for the target from the setpoint, or from here where there is none."""
         self._required = precision is Precision.REQUIRED

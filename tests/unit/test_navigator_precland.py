@@ -302,3 +302,21 @@ def test_angles_meet_the_ground() -> None:
     for angle in (math.nan, math.inf, 1.5, -1e30):
         peer.send(landing_target(angle_x=angle, angle_y=angle))
     assert peer.topics.landing_target_pose is before
+
+
+@pytest.mark.parametrize("precisely", [True, False])
+def test_who_leaves_it_for_a_place_flies_there_without_the_heading_that_was_asked_for(precisely: bool) -> None:
+    """As a real PX4 v1.18 (SIH) did twice of twice: its mode is ended after the next one has begun."""
+    rig = flying()
+    rig.hide()
+    if precisely:
+        rig.set_mode(4, 9)
+        rig.run(2.0)
+    assert rig.reposition(50.0, 0.0, 20.0, yaw=1.5) == 0
+    rig.run(0.2)
+    current = rig.topics.position_setpoint_triplet.current
+    assert rig.mode is NavState.AUTO_LOITER
+    assert math.isnan(current.yaw) if precisely else current.yaw == pytest.approx(1.5)
+    assert rig.reposition(50.0, 0.0, 20.0, yaw=1.5) == 0
+    rig.run(0.2)
+    assert rig.topics.position_setpoint_triplet.current.yaw == pytest.approx(1.5), "in Hold it is as asked for"
