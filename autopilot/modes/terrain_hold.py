@@ -3,6 +3,9 @@
 1: the distance to the ground is held whenever the throttle is centred; 2: only while the vehicle stands, and its other
 sticks are centred. Without a distance to the bottom the height is held by the estimate, as with 0. None is held that is
 too low for the sensors on which the estimate rests (hagl_min).
+
+A height over the ground outlives what is flown aside: who climbs while the vehicle still moves, and lets go when it
+stands, goes back to the height at which it stood before, as a real PX4 does (2.1 m down in a flight of random sticks).
 """
 
 import math
@@ -57,7 +60,7 @@ class TerrainHold:
             self._decide(local, held, height, stick_xy, stopped)
         self.follows = known and (self.mode == FOLLOWS or self._is_at_rest)
         if not self.follows:
-            if not (is_centred and math.isfinite(held)):
+            if is_centred and stopped and not math.isfinite(held):
                 self._height = NAN
             return NAN
         if not is_centred:
@@ -75,6 +78,8 @@ class TerrainHold:
         moves = stick_xy > CENTRED
         if self._is_at_rest:
             self._is_at_rest = not moves and speed <= self._max_speed and known
+            if not known:
+                self._height = NAN
         elif not moves and stopped and speed < RESTS_AT * self._max_speed and known:
             self._is_at_rest = True
             if math.isfinite(held):

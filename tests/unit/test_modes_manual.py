@@ -261,6 +261,29 @@ def test_a_held_height_is_that_over_the_ground_if_so_set(mode: int, stick: float
     assert wanted == pytest.approx(-22.0 if follows else -20.0, abs=0.1)
 
 
+@pytest.mark.parametrize("moving", [True, False])
+def test_who_climbs_while_the_vehicle_moves_comes_back_to_the_height_where_it_stood(moving: bool) -> None:
+    """As a real PX4 v1.18 (SIH) did by MPC_ALT_MODE 2, 2.1 m down; who climbs where it stands, stays up."""
+    follower = Follower(20.0, NavState.POSCTL)
+
+    def see() -> None:
+        local = follower.topics.vehicle_local_position
+        follower.topics.vehicle_local_position = local._replace(dist_bottom_valid=True, dist_bottom=-local.z)
+
+    def fly(seconds: float, **sticks: float) -> float:
+        move(follower, **sticks)
+        return follower.fly(seconds, see)[-1].setpoint.position[2]
+
+    assert fly(3.0) == pytest.approx(-20.0, abs=0.1)
+    if moving:
+        fly(1.5, pitch=1.0)
+        fly(0.5, pitch=1.0, throttle=0.6)
+    fly(4.0, throttle=0.6)
+    up_m = -follower.topics.vehicle_local_position.z
+    assert up_m > 22.0
+    assert fly(5.0) == pytest.approx(-20.0 if moving else -up_m, abs=0.5)
+
+
 def test_leaving_a_held_height_goes_on_with_the_controllers_velocity() -> None:
     follower = stick_flight()
     follower.topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(vz=-0.4)
