@@ -330,6 +330,19 @@ def test_a_place_is_seen_from_above_and_from_both_sides() -> None:
         assert places.choose(over, region, (north_m, 14.0), beyond, closer=True) is not None, "worth a look from above"
 
 
+def test_by_the_equations_a_look_from_a_little_aslant_still_counts() -> None:
+    """They do not know how far the camera is tilted."""
+    above, aslant, pond = pose_at(15.0, 14.0), pose_at(15.0, 14.0 + 0.3 * UP_M), (14.0, 13.0, 16.0, 15.0)
+    found = {}
+    for location in ("rays", "equations"):
+        over = RegionMap(Bounds(-20.0, -20.0, 50.0, 50.0), LABELS, CAMERA, Confirming(3, confirm_score=0.3), location)
+        for pose, shown, frames in ((above, (0.0, 0.0, 0.0, 0.0), 4), (aslant, pond, 12)):
+            for _ in range(frames):
+                over.update(pose, 0.0, areas_of(pose, shown))
+        found[location] = len(over.regions())
+    assert found == {"rays": 0, "equations": 1}
+
+
 def test_an_areas_edge_is_where_half_of_a_part_shows_it() -> None:
     """Too little to be sure of, as of a shore's last metre."""
     over, shore = a_map(), (POND[0] - 3.0, *POND[1:])
