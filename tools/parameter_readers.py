@@ -36,6 +36,8 @@ HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 TICKS_A_SECOND = 250
 FLOWN = ("sihsim_hex", "m600", "sihsim_rover_ackermann", "rover")
 BOOT_S, CLIMB_S, VISION_S, MODE_S, MISSION_S, LOSS_S = 8.0, 6.0, 2.0, 0.6, 10.0, 3.0
+WRONG_S, WRONG_M = 9.0, (30.0, 0.0, 30.0)
+"""So long a receiver is so far off: the filter goes by it in the end (its reset_timeout_max is 7 s)."""
 OUTSIDE = {"EKF2_EV_CTRL": 15, "EKF2_OF_CTRL": 1, "EKF2_DRAG_CTRL": 1}
 """What makes the filter look at vision, optical flow and drag; none of these vehicles' airframes does."""
 NAN = math.nan
@@ -63,7 +65,7 @@ class Flight:
         data = vehicles.load(model)
         self.rover = data.propulsion is None
         self.autopilot = Autopilot(data.airframe, 0, root)
-        self._simulator = VehicleSimulator(data, HOME, 0, FlatGround(), name=model)
+        self.simulator = VehicleSimulator(data, HOME, 0, FlatGround(), name=model)
         self._simulated = SimulatedParameters(self.autopilot.parameters)
         self._controls: HilActuatorControls | None = None
         self._station = mavlink.MAVLink(None, 255, 190)
@@ -82,8 +84,8 @@ class Flight:
             if heard and tick % TICKS_A_SECOND == 0:
                 self.say(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
             for parameter in self._simulated.changed():
-                set_parameter(self._simulator, *parameter)
-            self._controls = self.autopilot.step(self._simulator.tick(self._controls))
+                set_parameter(self.simulator, *parameter)
+            self._controls = self.autopilot.step(self.simulator.tick(self._controls))
             for link in self.autopilot.mavlink.links:
                 link.outbox.clear()
 
@@ -199,7 +201,7 @@ def _fly_mission(flight: Flight) -> None:
 
 
 def _fall_into_failsafes(flight: Flight) -> None:
-    """A geofence, an empty battery and a lost ground station, one after the other."""
+    """A geofence, an empty battery, a lost ground station and a wrong receiver, one after the other."""
     parameters = flight.autopilot.parameters
     fence = {"GF_ACTION": 1, "GF_MAX_HOR_DIST": 1.0}
     for changes in (fence, {"SIM_BAT_DRAIN": 5, "SIM_BAT_MIN_PCT": 0, "COM_LOW_BAT_ACT": 3}):
@@ -209,6 +211,8 @@ def _fall_into_failsafes(flight: Flight) -> None:
     for name, value in {"NAV_DLL_ACT": 2, "COM_DL_LOSS_T": 1}.items():
         parameters.set(name, value)
     flight.run(2 * LOSS_S, heard=False)
+    flight.simulator.gps_offset_m = WRONG_M
+    flight.run(WRONG_S)
 
 
 if __name__ == "__main__":
