@@ -294,7 +294,7 @@ class RegionMap:
         """`shares`: of each label and cell."""
         most, weight = shares.max(axis=0, initial=0.0), _weight(look.steep)
         self._weights[look.cells] += weight
-        self.doubt[look.cells] += (most - self.doubt[look.cells]) * weight / self._weights[look.cells]
+        _add_to_mean(self.doubt, self._weights, look.cells, most, weight)
         if look.height_m < LOW_M:
             self.low_looks[look.cells] += 1
             _add_to_mean(self.low_doubt, self.low_looks, look.cells, most)
@@ -331,9 +331,11 @@ def _weight(steep: Grid) -> Grid:
     return np.asarray(1.0 / (RESOLUTION_M**2 + (STANDS_M * steep) ** 2))
 
 
-def _add_to_mean(mean: Grid, count: npt.NDArray[np.int32], cells: Where, new: Grid) -> None:
-    """`count`: how many values the mean of each cell is of, the new one with them."""
-    mean[cells] += (new - mean[cells]) / count[cells]
+def _add_to_mean(
+    mean: Grid, total: Grid | npt.NDArray[np.int32], cells: Where, new: Grid, weight: Grid | float = 1.0
+) -> None:
+    """`total`: the weights of the values that the mean of each cell is of, all together, the new one's with them."""
+    mean[cells] += (new - mean[cells]) * weight / total[cells]
 
 
 def _scores(x: Grid, y: Grid, boxes: Sequence[Detection]) -> Grid:
