@@ -136,10 +136,11 @@ def test_each_frame_shows_what_lies_where_the_gimbal_looked(folder: Path) -> Non
 
 
 def test_the_video_shows_what_the_camera_sent_its_companion(flight: Flight) -> None:
-    """Not every frame: the run is faster than real time, its video has the camera's rate by the wall's clock."""
+    """Not every frame: the run is faster than real time, its video has the camera's rate by the wall's clock. The
+    faster the machine, the fewer there are; all that is asked for is one of each look."""
     first = next(at for at, packets in enumerate(flight.video) if IDR in units(packets))
     seen = decoded(flight.video[first:])
-    assert len(seen) == len(flight.video) - first > 20
+    assert len(seen) == len(flight.video) - first >= len(LOOKS)
     assert {image.shape for image in seen} == {(120, 160, 3)}
     frames = {time_us: cv2.imread(str(flight.folder / f"{time_us}.png")) for time_us in heads_of(flight.folder)}
     held = list(frames.values())[: len(LOOKS)]
