@@ -60,6 +60,16 @@ def test_a_car_and_a_house_are_no_ground(size_m: int, height_m: float) -> None:
     assert np.array_equal(found[~stands], means[~stands], equal_nan=True)
 
 
+def test_a_roof_far_from_any_ground_that_was_seen_is_none() -> None:
+    means = np.where(np.random.default_rng(7).random((60, 60)) < 0.5, 0.0, np.nan)
+    means[:, 20:] = np.nan
+    means[30:36, 50:54] = 14.0  # 30 m away
+    assert np.isnan(ground(means, RESOLUTION_M)[:, 20:]).all()
+    assert np.isnan(ground_on_hills(means, RESOLUTION_M)[:, 20:]).all()
+    means[30:36, 50:54] = 4.0
+    assert np.isfinite(ground(means, RESOLUTION_M)[30:36, 50:54]).all(), "as high as ground may be there"
+
+
 def test_ground_that_lies_low_together_is_ground() -> None:
     """A hole of 3 m across."""
     means = sloping(np.random.default_rng(7))
