@@ -8,6 +8,7 @@ moved stays as it was. A step is PX4's time since the last one within 1 and 10 m
 import math
 from typing import NamedTuple
 
+from sitl_emu.autopilot.control import pure_pursuit
 from sitl_emu.autopilot.control.pure_pursuit import Place, lookahead_m, target_bearing
 from sitl_emu.autopilot.control.rover_control import (
     HeadingControl,
@@ -19,6 +20,8 @@ from sitl_emu.autopilot.control.rover_control import (
 )
 from sitl_emu.autopilot.control.rover_parameters import EPSILON, RoverParameters
 from sitl_emu.autopilot.modes.trajectory_constraints import max_speed_from_distance
+from sitl_emu.autopilot.topics import PurePursuitStatus, RoverAttitudeStatus, RoverRateStatus, RoverSpeedStatus
+from sitl_emu.core.geodesy import wrap_pi
 
 NAN = math.nan
 
@@ -80,11 +83,13 @@ class PositionControl:
         self._taken = self._place = None
         self._stopped = False
 
-    def update(self, parameters: RoverParameters, setpoints: Setpoints, state: RoverState) -> None:
-        """From `setpoints.target` to speed and yaw."""
+    def update(
+        self, now_us: int, parameters: RoverParameters, setpoints: Setpoints, state: RoverState
+    ) -> PurePursuitStatus | None:
+        """From `setpoints.target` to speed and yaw; how its line is followed, None where none is."""
         target = setpoints.target
         if target is None:
-            return
+            return None
         if target is not self._taken:
             self._taken, self._place, self._stopped = target, target.place, False
             self._start = target.start if target.start is not None else state.place
@@ -95,7 +100,7 @@ class PositionControl:
             distance -= self.acceptance_m
         if distance <= self.acceptance_m and not passes:
             self._rest(setpoints, state)
-            return
+            return None
         cruising = target.cruising_speed if math.isfinite(target.cruising_speed) else parameters.speed_limit
         speed = cruising
         if parameters.deceleration > EPSILON and parameters.jerk > EPSILON:
@@ -111,7 +116,8 @@ class PositionControl:
             parameters.speed_reduction,
             parameters.least_cornering_speed,
         )
-        setpoints.yaw = bearing if speed > -EPSILON else bearing + math.pi
+        setpoints.yaw = bearing if speed > -EPSILON else wrap_pi(bearing + math.pi)
+        return pure_pursuit.status(now_us, self._place, self._start, state.place, ahead_m, bearing)
 
     def _rest(self, setpoints: Setpoints, state: RoverState) -> None:
         """Within the acceptance radius of a place to stop at: where it has come to rest is the place from then on."""
@@ -142,6 +148,10 @@ class SpeedToThrottle:
             dt_s,
         )
 
+    def status(self, now_us: int, state: RoverState) -> RoverSpeedStatus:
+        """What it has come to."""
+        return RoverSpeedStatus(now_us, state.speed, self._control.setpoint.value, self._control.pid.integral)
+
 
 class HeadingToYawRate:
     """Heading -> yaw rate (AckermannAttControl). PX4's proportional PID keeps nothing that had to be reset."""
@@ -158,6 +168,10 @@ class HeadingToYawRate:
         limit = parameters.yaw_rate_limit
         slew_rate = min(parameters.feasible_yaw_rate(motor * parameters.full_throttle_speed), limit)
         setpoints.yaw_rate = self._control.update(setpoints.yaw, state.yaw, slew_rate, parameters.yaw_p, limit, dt_s)
+
+    def status(self, now_us: int, state: RoverState) -> RoverAttitudeStatus:
+        """What it has come to."""
+        return RoverAttitudeStatus(now_us, state.yaw, self._control.setpoint)
 
 
 class YawRateToSteering:
@@ -199,6 +213,10 @@ class YawRateToSteering:
             error = setpoint - state.yaw_rate
             angle += self._pid.update(error, parameters.yaw_rate_p, parameters.yaw_rate_i, 1.0, dt_s)
         setpoints.steering = clamp(angle / parameters.max_steering_rad, -1.0, 1.0)
+
+    def status(self, now_us: int, state: RoverState) -> RoverRateStatus:
+        """What it has come to."""
+        return RoverRateStatus(now_us, state.yaw_rate, self._setpoint, self._pid.integral)
 
 
 class Actuators:

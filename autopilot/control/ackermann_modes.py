@@ -85,7 +85,8 @@ def acceptance_radius_m(angle_rad: float, parameters: RoverParameters) -> float:
 
 
 class OffboardMode:
-    """OFFBOARD with positions or velocities. A setpoint counts only from the first that came in the mode.
+    """OFFBOARD with positions or velocities. A setpoint counts only from the first that came in the mode, and is
+    published then (trajectory_setpoint: PX4's MAVLink does so).
 
     Asked for anything else the mode writes nothing (AckermannOffboardMode.cpp): ROS 2 then writes what the controllers
     that run take, each message once. What a controller makes itself, it writes over that.
@@ -104,7 +105,7 @@ class OffboardMode:
         if offboard.rover is not None or offboard.trajectory is None:
             return
         if offboard.timestamp >= self._topics.vehicle_status.nav_state_timestamp:
-            self._trajectory = offboard.trajectory
+            self._trajectory = self._topics.trajectory_setpoint = offboard.trajectory
         if asks_for_position(offboard):
             north, east, _ = self._trajectory.position
             setpoints.target = Target((north, east)) if math.isfinite(north + east) else None

@@ -9,6 +9,7 @@ import math
 
 from sitl_emu.autopilot.control.rover_control import clamp
 from sitl_emu.autopilot.control.rover_parameters import EPSILON
+from sitl_emu.autopilot.topics import PurePursuitStatus
 
 Place = tuple[float, float]
 """North and east in metres."""
@@ -39,3 +40,14 @@ def target_bearing(target: Place, start: Place, place: Place, ahead_m: float) ->
         return math.atan2(path_e, path_n)
     onwards = math.sqrt(ahead_m * ahead_m - across * across)
     return math.atan2(path_e + onwards * u_e, path_n + onwards * u_n)
+
+
+def status(now_us: int, target: Place, start: Place, place: Place, ahead_m: float, bearing: float) -> PurePursuitStatus:
+    """How the line is followed, `bearing` being where `target_bearing` leads."""
+    to_n, to_e = target[0] - place[0], target[1] - place[1]
+    leg_n, leg_e = target[0] - start[0], target[1] - start[1]
+    leg = math.hypot(leg_n, leg_e)
+    off_n, off_e = place[0] - start[0], place[1] - start[1]
+    # without a line PX4 takes the way from the start for the error, and gives it no side
+    right_m = (leg_n * off_e - leg_e * off_n) / leg if leg > 0.0 else 0.0
+    return PurePursuitStatus(now_us, ahead_m, bearing, right_m, math.hypot(to_n, to_e), math.atan2(to_e, to_n))

@@ -10,12 +10,14 @@ import math
 from sitl_emu.autopilot.commander.control_mode import control_mode, is_of_mode
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.control.ackermann_controllers import (
+    NAN,
     Actuators,
     HeadingToYawRate,
     PositionControl,
     RoverState,
     Setpoints,
     SpeedToThrottle,
+    Target,
     YawRateToSteering,
 )
 from sitl_emu.autopilot.control.ackermann_modes import AutoMode, ManualMode, OffboardMode
@@ -35,7 +37,20 @@ from sitl_emu.autopilot.control.rover_parameters import EPSILON, rover_parameter
 from sitl_emu.autopilot.events.texts import SendEvent
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, NOTHING, ControlMode, DriveMode
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import ActuatorMotors, ActuatorOutputs, ActuatorServos, DirectActuator, Topics, Vector3
+from sitl_emu.autopilot.topics import (
+    ActuatorMotors,
+    ActuatorOutputs,
+    ActuatorServos,
+    DirectActuator,
+    RoverAttitudeSetpoint,
+    RoverPositionSetpoint,
+    RoverRateSetpoint,
+    RoverSpeedSetpoint,
+    RoverSteeringSetpoint,
+    RoverThrottleSetpoint,
+    Topics,
+    Vector3,
+)
 from sitl_emu.core.attitude import Quaternion, rotation
 
 INTERVAL_US = 10_000
@@ -57,7 +72,7 @@ CONTROLLERS = 5
 
 
 class RoverAckermannControl:
-    """Writer of actuator_outputs and position_controller_status for a rover."""
+    """Writer of actuator_outputs, position_controller_status, pure_pursuit_status and rover_* for a rover."""
 
     started = ()
     """PX4 starts nothing beside it."""
@@ -68,6 +83,7 @@ class RoverAckermannControl:
         self._source = parameters
         self._send = send
         self._setpoints = Setpoints()
+        self._target_told: Target | None = None
         self._auto, self._offboard, self._manual = AutoMode(topics), OffboardMode(topics), ManualMode(topics)
         self._position, self._speed = PositionControl(), SpeedToThrottle()
         self._heading, self._yaw_rate = HeadingToYawRate(), YawRateToSteering()
@@ -140,7 +156,7 @@ class RoverAckermannControl:
 
     def _drive(self, now_us: int, nav_state: NavState, mode: ControlMode) -> None:
         """From the mode to the actuators."""
-        parameters, setpoints, actuators = self._parameters, self._setpoints, self._actuators
+        topics, parameters, setpoints, actuators = self._topics, self._parameters, self._setpoints, self._actuators
         step_us = min(max(now_us - self._updated_us, SHORTEST_STEP_US), LONGEST_STEP_US)
         self._updated_us, dt_s = now_us, step_us * 1e-6
         state = self._state()
@@ -152,16 +168,44 @@ class RoverAckermannControl:
         elif drive_mode is DriveMode.MANUAL:
             self._manual.generate(nav_state, parameters, setpoints, state)
         if mode.position:
-            self._position.acceptance_m = self._topics.position_controller_status.acceptance_radius
-            self._position.update(parameters, setpoints, state)
+            self._position.acceptance_m = topics.position_controller_status.acceptance_radius
+            if (pursuit := self._position.update(now_us, parameters, setpoints, state)) is not None:
+                topics.pure_pursuit_status = pursuit
         if mode.velocity:
             self._speed.update(parameters, setpoints, state, dt_s)
+            topics.rover_speed_status = self._speed.status(now_us, state)
         if mode.attitude:
             self._heading.update(parameters, setpoints, state, actuators.motor, dt_s)
+            topics.rover_attitude_status = self._heading.status(now_us, state)
         if mode.rates:
             self._yaw_rate.update(parameters, setpoints, state, actuators.motor, dt_s)
+            topics.rover_rate_status = self._yaw_rate.status(now_us, state)
         if mode.allocation:
             actuators.update(parameters, setpoints, dt_s)
+        self._tell_setpoints(now_us, by_stick=not mode.velocity)
+
+    def _tell_setpoints(self, now_us: int, *, by_stick: bool) -> None:
+        """For the log: the controllers hand them to each other in `Setpoints`. None that is NaN, which PX4 publishes
+        where a stick takes over from a controller."""
+        topics, setpoints = self._topics, self._setpoints
+        target = setpoints.target
+        if target is not None and target is not self._target_told:
+            start = target.start if target.start is not None else (NAN, NAN)
+            topics.rover_position_setpoint = RoverPositionSetpoint(
+                now_us, target.place, start, target.cruising_speed, target.arrival_speed
+            )
+        self._target_told = target
+        if math.isfinite(setpoints.speed):
+            topics.rover_speed_setpoint = RoverSpeedSetpoint(now_us, setpoints.speed)
+        if math.isfinite(setpoints.yaw):
+            topics.rover_attitude_setpoint = RoverAttitudeSetpoint(now_us, setpoints.yaw)
+        if math.isfinite(setpoints.yaw_rate):
+            topics.rover_rate_setpoint = RoverRateSetpoint(now_us, setpoints.yaw_rate)
+        if math.isfinite(setpoints.throttle):
+            sideways = 0.0 if by_stick else NAN
+            topics.rover_throttle_setpoint = RoverThrottleSetpoint(now_us, setpoints.throttle, sideways)
+        if math.isfinite(setpoints.steering):
+            topics.rover_steering_setpoint = RoverSteeringSetpoint(now_us, setpoints.steering)
 
     def _obey(self, now_us: int, direct: DirectActuator, *, locked: bool) -> None:
         """OFFBOARD by direct actuators, in which no controller runs; what nobody has told there stays as it was."""

@@ -8,6 +8,9 @@ from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.events import Events
 
 KEPT = 50
+PRINTED = {Severity.CRITICAL: Severity.WARNING, Severity.EMERGENCY: Severity.ERROR}
+"""What is told the ground is printed, too, and so gets into the log, at a level of the console: mavlink_log_critical
+and mavlink_log_emergency (src/lib/systemlib/mavlink_log.h, v1.18)."""
 
 
 class Text(NamedTuple):
@@ -58,7 +61,7 @@ class Texts:
         if text:
             self.recent.append(Text(self.count, severity, text, module))
             self.count += 1
-            self.note(severity, f"[{module}] {text}")
+            self.note(PRINTED.get(severity, severity), f"[{module}] {text}")
         if event:
             self.events.send(event, severity, *arguments)
 

@@ -1,16 +1,18 @@
 """What is logged, and how often (PX4: logged_topics.cpp)."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from sitl_emu.autopilot.logger.packing import Row
-from sitl_emu.autopilot.logger.rows import commander, control, estimator, navigator, outside, sensors
+from sitl_emu.autopilot.logger.rows import commander, control, estimator, navigator, outside, rover, sensors
 
 STATE_MS, SLOW_STATE_MS, ON_CHANGE = 500, 1000, 0
 """So often PX4 publishes a state that does not change: commander twice a second, the land detector and switches every
 second (LandDetector.cpp, rc_update.cpp), others never. vehicle_constraints it publishes all the time, and logs every
 second."""
 TRUTH = "groundtruth"
+ROVER = "rover_ackermann"
 ESTIMATOR_MS = 10
 """So often PX4's simulation logs whatever the estimator tells, at most; ours tells what changes at every step of its
 own ten times a second (`estimator/records.py`). Attitude and places are logged as often as they are told."""
@@ -104,6 +106,9 @@ OF_SOME_KINDS = (
     LoggedTopic("control_allocator_status", 200, control.control_allocator_status, module="control_allocator"),
     LoggedTopic("takeoff_status", 1000, control.takeoff_status, module="mc_pos_control"),
     LoggedTopic("hover_thrust_estimate", 100, control.hover_thrust_estimate, module="mc_hover_thrust_estimator"),
+    LoggedTopic("trajectory_setpoint", 200, control.trajectory_setpoint, module=ROVER),
+    LoggedTopic("position_controller_status", 500, rover.position_controller_status, module=ROVER),
+    *(LoggedTopic(name, 100, row, module=ROVER) for name, row in rover.OWN_NAMES.items()),
 )
 
 
@@ -111,8 +116,6 @@ OF_SOME_KINDS = (
 
 MOTOR_FUNCTION, SERVO_FUNCTION = 101, 201
 """PWM_MAIN_FUNCn of the first motor and the first servo."""
-NOT_REVERSIBLE = (0,)
-"""actuator_motors.reversible_flags."""
 DEFAULT_PROFILE = 0
 FAST_IMU = ("sensor_combined", "vehicle_angular_velocity", "vehicle_torque_setpoint", "vehicle_acceleration")
 PROFILES: Mapping[int, Mapping[str, int]] = {
@@ -155,14 +158,19 @@ class Vehicle(NamedTuple):
     boot_unix_us: int
     thrust_model_factor: float = 0.0
     """THR_MDL_FAC."""
+    reversible_flags: int = 0
+    """CA_R_REV."""
 
 
 def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
     """What SDLOG_PROFILE asks for, as far as we have it."""
     curve = vehicle.thrust_model_factor
-    motors = control.actuators("actuator_motors", vehicle.functions, MOTOR_FUNCTION, NOT_REVERSIBLE, curve)
-    servos = control.actuators("actuator_servos", vehicle.functions, SERVO_FUNCTION)
-    actuator_servos = LoggedTopic("actuator_servos", 100, servos, "actuator_outputs", module="rover_ackermann")
+    # a rover's module writes 0 where it has nothing to say, the control allocator NaN
+    unused = 0.0 if ROVER in vehicle.modules else math.nan
+    flags = (vehicle.reversible_flags,)
+    motors = control.actuators("actuator_motors", vehicle.functions, MOTOR_FUNCTION, flags, curve, unused)
+    servos = control.actuators("actuator_servos", vehicle.functions, SERVO_FUNCTION, unused=unused)
+    actuator_servos = LoggedTopic("actuator_servos", 100, servos, "actuator_outputs", module=ROVER)
     known = [
         *COMMON,
         LoggedTopic(

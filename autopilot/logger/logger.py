@@ -171,14 +171,23 @@ class Logger:
         unix_us = self._unix_us_of_boot() + now_us
         file = LogFile(self._root, unix_us, int(self._parameters["SDLOG_UTC_OFFSET"]))
         if not file.trouble:
-            date_and_time = map(int, re.findall(r"\d+", file.name))
-            self._say(Severity.INFO, f"[logger] ./log/{file.name}\t", "logger_open_file_time", *date_and_time)
+            self._print_beginning(file.name)
+            self._said.hear(now_us)
             self.files.append(file.name)
         self.file, self._started_us = file, now_us
         self._stop_us = 0
         self._prepare(now_us)
         file.write(b"".join(self._definitions(now_us)), unix_us)
         self._end_if_troubled()
+
+    def _print_beginning(self, name: str) -> None:
+        """Lines of which a log begins with the last four (`said.LINES_QUEUED`): not with who armed, as PX4's do not."""
+        if (limit_mib := int(self._parameters["SDLOG_MAX_SIZE"])) > 0:
+            self._texts.note(Severity.INFO, f"[logger] Max log file size: {limit_mib} MiB")
+        self._texts.note(Severity.INFO, "[logger] Start file log (type: full)")
+        date_and_time = map(int, re.findall(r"\d+", name))
+        self._say(Severity.INFO, f"[logger] ./log/{name}\t", "logger_open_file_time", *date_and_time)
+        self._texts.note(Severity.INFO, f"[logger] Opened full log file: ./log/{name}")
 
     def _has_room(self, root: Path) -> bool:
         try:
@@ -250,6 +259,7 @@ class Logger:
             int(parameters["MAV_SYS_ID"]),
             self._unix_us_of_boot(),
             float(parameters["THR_MDL_FAC"]),
+            int(parameters["CA_R_REV"]),
         )
         return logged_topics.logged_topics(profile, vehicle)
 

@@ -1,7 +1,7 @@
 """What was said and is in no log yet: texts and events (PX4: the logger's subscriptions of log_message and event).
 
 The logger reads them only while it logs. Between logs the last few wait in uORB's queues, so that a log begins with
-them: with the text that tells who armed, for instance.
+them: with the event that tells who armed, for instance.
 """
 
 from collections import deque

@@ -105,6 +105,18 @@ from sitl_emu.autopilot.topics.payload import (
     GimbalManagerStatus,
     Gripper,
 )
+from sitl_emu.autopilot.topics.rover import (
+    PurePursuitStatus,
+    RoverAttitudeSetpoint,
+    RoverAttitudeStatus,
+    RoverPositionSetpoint,
+    RoverRateSetpoint,
+    RoverRateStatus,
+    RoverSpeedSetpoint,
+    RoverSpeedStatus,
+    RoverSteeringSetpoint,
+    RoverThrottleSetpoint,
+)
 from sitl_emu.autopilot.topics.sensors import (
     BatteryStatus,
     DistanceSensorSample,
@@ -208,6 +220,12 @@ class Topics:
         self.distance_sensor_mode_change_request = DistanceSensorModeChangeRequest()
         self.trajectory_setpoint = TrajectorySetpoint()
         self.position_controller_status = PositionControllerStatus()
+        self.pure_pursuit_status = PurePursuitStatus()
+        self.rover_position_setpoint = RoverPositionSetpoint()
+        self.rover_speed_setpoint, self.rover_speed_status = RoverSpeedSetpoint(), RoverSpeedStatus()
+        self.rover_attitude_setpoint, self.rover_attitude_status = RoverAttitudeSetpoint(), RoverAttitudeStatus()
+        self.rover_rate_setpoint, self.rover_rate_status = RoverRateSetpoint(), RoverRateStatus()
+        self.rover_steering_setpoint, self.rover_throttle_setpoint = RoverSteeringSetpoint(), RoverThrottleSetpoint()
         self.vehicle_constraints = VehicleConstraints()
         self.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint()
         self.vehicle_attitude_setpoint = VehicleAttitudeSetpoint()

@@ -40,6 +40,7 @@ from sitl_emu.core.simulator_api import MemoryChannel
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
 from tests.unit.logger_rig import FIRST, TICK_US, Rig
+from tests.unit.rover_body import RoverBody
 
 # --- what --------------------------------------------------------------------------------------------------
 
@@ -165,9 +166,10 @@ def test_changed_parameters_are_logged_until_disarming_with_all_that_are_not_sav
     assert [name for _, name, _ in changed] == ["MPC_XY_P", "COM_FLIGHT_UUID", "MPC_XY_P", "MPC_Z_P"]
 
 
-def test_a_log_begins_with_what_was_said_last_before_it(tmp_path: Path) -> None:
-    """Four texts and sixteen events wait in uORB for a logger that does not read."""
-    rig = Rig(tmp_path)
+@pytest.mark.parametrize("limit_mib", [1024, 0])
+def test_a_log_begins_with_what_was_said_last_before_it(tmp_path: Path, limit_mib: int) -> None:
+    """Four texts and sixteen events wait in uORB for a logger that does not read: of its own, if they are as many."""
+    rig = Rig(tmp_path, SDLOG_MAX_SIZE=limit_mib)
     for number in range(20):
         rig.texts.say(Severity.INFO, f"text {number}\t", "commander_armed_by", 1.0)
     rig.run(1.0)
@@ -176,11 +178,35 @@ def test_a_log_begins_with_what_was_said_last_before_it(tmp_path: Path) -> None:
     rig.run(1.0)
     rig.logger.shut_down()
     log = rig.read("2026-01-01/00_00_01.ulg")
-    said = [(message.message, message.timestamp) for message in log.logged_messages]
-    assert said[0] == ("[commander] text 17\t", 4_000) and len(said) == 5
-    assert said[-2][0] == "[commander] Armed by external command\t" and said[-2][1] == pytest.approx(1e6, abs=30_000)
+    said = [message.message for message in log.logged_messages]
+    before = f"[logger] Max log file size: {limit_mib} MiB" if limit_mib else "[commander] Armed by external command\t"
+    assert said == [
+        before,
+        "[logger] Start file log (type: full)",
+        "[logger] [logger] ./log/2026-01-01/00_00_01.ulg\t",
+        "[logger] Opened full log file: ./log/2026-01-01/00_00_01.ulg",
+    ]
+    assert log.logged_messages[0].timestamp == pytest.approx(1e6, abs=30_000)
     events = log.get_dataset("event").data
-    assert list(events["event_sequence"][:16]) == list(range(5, 21))
+    assert list(events["event_sequence"][:16]) == list(range(6, 22))
+
+
+def test_a_text_is_logged_at_the_level_of_the_console(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.arm()
+    rig.run(0.1)
+    for severity in (Severity.EMERGENCY, Severity.CRITICAL, Severity.WARNING, Severity.INFO):
+        rig.texts.say(severity, severity.name)
+    rig.run(1.0)
+    rig.logger.shut_down()
+    told = {message.message: message.log_level_str() for message in rig.read(FIRST).logged_messages}
+    assert [told[f"[commander] {name}"] for name in ("EMERGENCY", "CRITICAL", "WARNING", "INFO")] == [
+        "ERROR",
+        "WARNING",
+        "WARNING",
+        "INFO",
+    ]
+    assert [text.severity for text in rig.texts.recent][-4:-2] == [Severity.EMERGENCY, Severity.CRITICAL]
 
 
 def test_an_event_that_is_not_for_the_log_leaves_no_gap_in_it(tmp_path: Path) -> None:
@@ -318,6 +344,29 @@ def test_same_seed_same_log_and_px4s_tools_read_it(tmp_path: Path, model: str) -
         assert np.median(np.diff(read.get_dataset(topic).data["timestamp"])) == 8_000, "each that is told"
     convert_ulog2csv(str(log), "vehicle_attitude,vehicle_local_position,battery_status", str(tmp_path), ",", None, None)
     assert len(list(tmp_path.glob("*.csv"))) == 3
+
+
+def test_a_rovers_log_has_its_controllers_and_no_aircrafts(tmp_path: Path) -> None:
+    rover = RoverBody("sihsim_rover_ackermann")
+    rover.go((0.0, 0.0), (30.0, 0.0))
+    logger = Logger(rover.topics, rover.parameters, rover.texts, tmp_path, lambda: BOOT_UNIX_US)
+    storage.prepare(tmp_path)
+    logger.on()
+    for _ in range(20):
+        rover.drive(0.1)
+        logger.update(rover.now_us)
+    logger.shut_down()
+    log = ULog(str(tmp_path / "log" / logger.files[0]))
+    names = {data.name for data in log.data_list}
+    assert {"pure_pursuit_status", "position_controller_status", "rover_position_setpoint"} < names
+    assert {f"rover_{of}_{what}" for of in ("attitude", "rate", "speed") for what in ("setpoint", "status")} < names
+    assert not {"vehicle_attitude_setpoint", "vehicle_rates_setpoint", "takeoff_status"} & names
+    speed = log.get_dataset("rover_speed_status").data
+    assert 15 <= len(speed["timestamp"]) <= 20 and np.isnan(speed["measured_speed_body_y"]).all()
+    assert speed["measured_speed_body_x"][-1] == pytest.approx(rover.speed, abs=0.3)
+    motors, servos = (log.get_dataset(f"actuator_{kind}").data for kind in ("motors", "servos"))
+    assert motors["control[0]"][-1] > 0.1 and set(motors["control[1]"]) == set(servos["control[7]"]) == {0.0}
+    assert set(motors["reversible_flags"]) == {1}
 
 
 def test_a_log_explains_its_events(tmp_path: Path) -> None:

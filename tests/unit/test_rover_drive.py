@@ -31,6 +31,41 @@ def test_a_rover_has_no_setpoints_of_aircraft_to_stream() -> None:
     assert rover.topics.vehicle_local_position_setpoint.timestamp == 0
 
 
+def test_controllers_publish_what_they_ask_of_each_other() -> None:
+    """A line to the east from 1 m beside it: the rover looks ahead to it, and every controller says what it does."""
+    rover = RoverBody("sihsim_rover_ackermann")
+    rover.go((-1.0, -10.0), (-1.0, 40.0))
+    rover.east = 0.0
+    rover.drive(3.0)
+    topics = rover.topics
+    place, pursuit = topics.rover_position_setpoint, topics.pure_pursuit_status
+    assert place.position_ned == pytest.approx((-1.0, 40.0), abs=0.01)
+    assert place.start_ned == pytest.approx((-1.0, -10.0), abs=0.01) and place.cruising_speed == 3.0
+    assert pursuit.crosstrack_error == pytest.approx(-1.0 - rover.north, abs=0.1)
+    assert pursuit.distance_to_waypoint == pytest.approx(40.0 - rover.east, abs=0.2)
+    assert topics.rover_attitude_setpoint.yaw_setpoint == pursuit.target_bearing
+    assert topics.rover_attitude_status.measured_yaw == pytest.approx(rover.heading, abs=0.05)
+    assert topics.rover_speed_status.measured_speed_body_x == pytest.approx(rover.speed, abs=0.1)
+    assert 0.0 < topics.rover_speed_status.adjusted_speed_body_x_setpoint <= topics.rover_speed_setpoint.speed_body_x
+    assert math.isfinite(topics.rover_rate_setpoint.yaw_rate_setpoint)
+    assert math.isfinite(topics.rover_rate_status.adjusted_yaw_rate_setpoint)
+    outputs, throttle = topics.actuator_outputs.controls, topics.rover_throttle_setpoint
+    assert throttle.throttle_body_x in outputs and math.isnan(throttle.throttle_body_y)
+    assert topics.rover_steering_setpoint.normalized_steering_setpoint == pytest.approx(min(outputs), abs=0.05)
+
+
+def test_by_sticks_only_throttle_and_steering_are_published() -> None:
+    rover = RoverBody("sihsim_rover_ackermann", NavState.MANUAL)
+    rover.topics.manual_control_setpoint = ManualControlSetpoint(rover.now_us, True, throttle=0.5, roll=0.2)
+    rover.drive(1.0)
+    topics = rover.topics
+    throttle = topics.rover_throttle_setpoint
+    assert (throttle.throttle_body_x, throttle.throttle_body_y) == (0.5, 0.0)
+    assert topics.rover_steering_setpoint.normalized_steering_setpoint == 0.2
+    silent = (topics.rover_speed_setpoint, topics.rover_speed_status, topics.rover_rate_status)
+    assert not any(each.timestamp for each in silent)
+
+
 def test_a_target_straight_behind_is_turned_to_slowly() -> None:
     rover = RoverBody("sihsim_rover_ackermann")
     rover.go((-12.0, 0.0))

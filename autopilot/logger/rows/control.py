@@ -62,10 +62,15 @@ def vehicle_torque_setpoint(pack: Pack, record: VehicleTorqueSetpoint) -> bytes:
 
 
 def actuators(
-    topic: str, functions: Sequence[int], first: int, tail: tuple[int, ...] = (), thrust_model_factor: float = 0.0
+    topic: str,
+    functions: Sequence[int],
+    first: int,
+    tail: tuple[int, ...] = (),
+    thrust_model_factor: float = 0.0,
+    unused: float = NAN,
 ) -> Row:
-    """A row of the outputs that carry the functions from `first` on; NaN where there is none, and of one that stands
-    still while others don't: it was told to, by that.
+    """A row of the outputs that carry the functions from `first` on; `unused` where there is none, and NaN of one that
+    stands still while others don't: it was told to, by that.
 
     `thrust_model_factor`: THR_MDL_FAC. PX4 logs what its allocator asks of a motor, and its outputs have the curve
     (FunctionMotors::updateValues in src/lib/mixer_module, v1.18); ours have it in `actuator_outputs`, so it is undone.
@@ -74,12 +79,12 @@ def actuators(
     channels = [functions.index(first + n) if first + n in functions else -1 for n in range(length)]
     while channels and channels[-1] < 0:
         channels.pop()
-    rest = (NAN,) * (length - len(channels)) + tail
+    rest = (unused,) * (length - len(channels)) + tail
 
     @row(topic)
     def actuator_controls(pack: Pack, record: ActuatorOutputs) -> bytes:
         controls, pulses = record.controls, record.pwm
-        values = [controls[n] if 0 <= n < len(controls) else NAN for n in channels]
+        values = [controls[n] if 0 <= n < len(controls) else unused for n in channels]
         if UNUSED_PWM in pulses and not record.test_mode and any(pulse != UNUSED_PWM for pulse in pulses):
             values = [
                 NAN if 0 <= n < len(pulses) and pulses[n] == UNUSED_PWM else value

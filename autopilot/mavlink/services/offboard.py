@@ -114,7 +114,8 @@ class Offboard:
         mask = message.type_mask
         yaw = NAN if mask & YAW_IGNORE else finite_or_nan(message.yaw)
         yawspeed = NAN if mask & YAW_RATE_IGNORE else finite_or_nan(message.yaw_rate)
-        return OffboardSetpoint(now_us, TrajectorySetpoint(now_us, position, velocity, acceleration, yaw, yawspeed))
+        trajectory = TrajectorySetpoint(now_us, position, velocity, acceleration, yaw, yawspeed, (0.0, 0.0, 0.0))
+        return OffboardSetpoint(now_us, trajectory)
 
     def _refuse(self, text: str, event: str, *arguments: float) -> None:
         """PX4's text is critical, its event an error; where there is no text, there is neither."""

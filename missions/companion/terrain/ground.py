@@ -23,10 +23,10 @@ from sitl_emu.missions.companion.terrain.terrain_map import Grid
 REACH_M = 4.0
 """How far a height tells of the ground about it: one sigma of a Gaussian; ours."""
 ABOUT_M, SLOPE, STEP_M = 36.0, 0.15, 0.5
-"""How far the lowest may be, how steep ground is, and what its heights are off. The last two are the slope and threshold
-that Pingel's filter has in PDAL (filters.smrf), and the first twice its window, ours: corners are sparse, and a roof's
-edge of 24 cells, 14 m high, had no ground within 18 m and was taken for some (town of seed 3: its error was 1.28 m, and
-is 0.46 m mapped again; seven other towns' maps are the same to the millimetre)."""
+"""How far the lowest may be, how steep ground is, and what its heights are off. The last two are the slope and
+threshold that Pingel's filter has in PDAL (filters.smrf), and the first twice its window, ours: corners are sparse, and
+a roof's edge of 24 cells, 14 m high, had no ground within 18 m and was taken for some (town of seed 3: its error was
+1.28 m, and is 0.46 m mapped again; seven other towns' maps are the same to the millimetre)."""
 HILL_M = 6.0
 """What is ground about a cell, by a Gaussian of that sigma, is the hill that it lies on: ours, a third of the first, so
 that what stands does not bend it. Of ten wildfires' maps (seeds 1 to 10, mapped again) the error was 0.42 m without,
