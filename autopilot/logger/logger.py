@@ -266,8 +266,11 @@ class Logger:
     # --- the beginning of a log ----------------------------------------------------------------------------
 
     def _prepare(self, now_us: int) -> None:
-        """Subscribe anew, and log everything once."""
+        """Subscribe anew. What was logged before and is not told again since is not in the new log, as in PX4's, whose
+        subscriptions outlive a log; a state that it publishes again and again is.
+        """
         parameters = self._parameters
+        logged = {each.name: each.last for each in self._subscriptions}
         topics = self.topics(int(parameters["SDLOG_PROFILE"]))
         groups: dict[tuple[int, bool], dict[Subscription, str]] = {}
         self._subscriptions, every_tick = [], []
@@ -277,6 +280,8 @@ class Logger:
             each = Subscription(len(self._subscriptions), topic.name, topic.row, timed, topic.interval_ms * 1000)
             if not topic.state and record.timestamp == 0:
                 each.last = record  # nobody has written it yet
+            elif not (topic.state and topic.interval_ms):
+                each.last = logged.get(topic.name)
             self._subscriptions.append(each)
             if topic.interval_ms == 0 and topic.source in FAST:
                 each.every_tick = True

@@ -12,6 +12,7 @@ from sitl_emu.autopilot.logger import log_files
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
+    VehicleRoi,
 )
 from tests.unit.logger_rig import FIRST, Rig, duration_s
 
@@ -219,3 +220,19 @@ def test_a_log_that_is_removed_ends_quietly(tmp_path: Path) -> None:
     rig.run(2.0)
     assert rig.logger.file is None
     assert len(rig.said()) == 1
+
+
+def test_what_is_not_told_again_is_in_no_later_log(tmp_path: Path) -> None:
+    """PX4's subscriptions outlive a log: only states that it publishes again and again begin each."""
+    rig = Rig(tmp_path)
+    for number in range(3):
+        if number != 1:
+            rig.topics.vehicle_roi = VehicleRoi(number + 1, timestamp=rig.now_us + 1)
+        rig.arm()
+        rig.run(1.0)
+        rig.arm(False)
+        rig.run(4.0)
+    logs = [rig.read(name) for name in rig.names()]
+    rois = [[list(data.data["mode"]) for data in log.data_list if data.name == "vehicle_roi"] for log in logs]
+    assert rois == [[[1]], [], [[3]]]
+    assert all(len(log.get_dataset("vehicle_control_mode").data["timestamp"]) > 1 for log in logs)
