@@ -144,7 +144,7 @@ def tell_item(
         item.z if as_planned and item is not None else target.alt_m,
         target.hold_s,
         radius_m,
-        target.loiter_radius_m if item is not None else loiter_radius_m(state, target),
+        target.loiter_radius_m,
         target.yaw_rad,
         0 if item is None else item.frame,
         ONBOARD if item is None else OF_PLAN,

@@ -66,6 +66,8 @@ class RtlDirect:
         self._destination = Destination(math.nan, math.nan, math.nan)
         self._return_alt_m = math.nan
         self._target: Target | None = None
+        self._loiter_radius_m = 0.0
+        """Of the circle that was asked for last, in whichever return: places without one keep it (mission_item_s)."""
         self._reached = Reached()
         self._precland = PrecLand(state)
 
@@ -159,7 +161,9 @@ class RtlDirect:
         self._phase, state.finished = Phase.LANDED, True
         idle = (0.0, settings.nav_acc_rad_m, settings.nav_loiter_rad_m, math.nan, 0.0, 0.0, state.home_alt_m())
         home = state.topics.home_position
-        tell_item(state, int(self._phase), Target(NAV_CMD_IDLE, home.lat, home.lon, state.home_alt_m()))
+        self._loiter_radius_m = settings.nav_loiter_rad_m
+        place = Target(NAV_CMD_IDLE, home.lat, home.lon, state.home_alt_m(), loiter_radius_m=self._loiter_radius_m)
+        tell_item(state, int(self._phase), place)
         state.tell(VehicleCommand(NAV_CMD_IDLE, *idle))
 
     def _away_m(self) -> float:
@@ -196,17 +200,18 @@ class RtlDirect:
             heading_rad = math.nan if state.settings.wv_en else state.topics.vehicle_local_position.heading
             position = state.position
             target = Target(LOITER_TO_ALT, position.lat, position.lon, self._return_alt_m, heading_rad)
+            self._loiter_radius_m = state.settings.nav_loiter_rad_m
         elif phase is Phase.RETURN:
             target = Target(WAYPOINT, place.lat_deg, place.lon_deg, self._return_alt_m, yaw_rad)
         elif phase is Phase.DESCEND:
             target = Target(LOITER_TO_ALT, place.lat_deg, place.lon_deg, hover_alt_m, yaw_rad)
-            target = target._replace(loiter_radius_m=state.settings.rtl_loiter_rad_m)
+            self._loiter_radius_m = state.settings.rtl_loiter_rad_m
             there = following._replace(valid=True, lat=place.lat_deg, lon=place.lon_deg)
             following = there._replace(type=int(SetpointType.LAND))
         elif phase is Phase.WAIT:
             command = LOITER_UNLIM if delay_s < 0.0 else LOITER_TIME
             target = Target(command, place.lat_deg, place.lon_deg, hover_alt_m, hold_s=delay_s)
-            target = target._replace(loiter_radius_m=state.settings.rtl_loiter_rad_m)
+            self._loiter_radius_m = state.settings.rtl_loiter_rad_m
             if delay_s < 0.0:
                 state.say(Severity.INFO, "RTL: completed, loitering\t", "rtl_completed_loiter")
             else:
@@ -217,7 +222,7 @@ class RtlDirect:
         else:
             target = Target(LAND, place.lat_deg, place.lon_deg, place.alt_m, yaw_rad)
             state.say(Severity.INFO, "RTL: land at destination\t", "rtl_land_at_destination")
-        self._target = target
+        self._target = target = target._replace(loiter_radius_m=self._loiter_radius_m)
         self._reached.restart(state.now_us)
         tell_item(state, int(phase), target)
         if phase is Phase.LAND and self._precision is not Precision.DISABLED:

@@ -277,7 +277,8 @@ class RtlMission:
         state.say(Severity.INFO, f"RTL Mission land: climb to {alt_m} m\t", "rtl_mission_land_climb", alt_m)
         is_place = item.command in WITH_POSITION
         yaw_rad = target_of(item, state.home_alt_m()).yaw_rad if is_place else item.param4
-        up = Target(WAYPOINT, position.lat, position.lon, self._return_alt_m, yaw_rad)
+        radius_m = state.settings.nav_loiter_rad_m
+        up = Target(WAYPOINT, position.lat, position.lon, self._return_alt_m, yaw_rad, loiter_radius_m=radius_m)
         self._begin(up, Work.CLIMB)
         tell_item(state, self._seq, up)
         state.fly(setpoint_of(state, up), previous=state.triplet.previous, following=state.triplet.next)
@@ -335,7 +336,7 @@ class RtlMission:
 
     def _fly_home(self, command: int, alt_m: float, work: Work) -> None:
         state = self._state
-        home = Target(command, *self._home_deg, alt_m)
+        home = Target(command, *self._home_deg, alt_m, loiter_radius_m=state.settings.nav_loiter_rad_m)
         self._begin(home, work)
         tell_item(state, self._seq, home)
         state.fly(setpoint_of(state, home))

@@ -74,12 +74,15 @@ def test_a_return_that_waits_moves_to_its_place_again_before_it_lands() -> None:
     phases: list[int] = []
     heights: dict[int, float] = {}
     looks_down: list[int] = []
+    vehicle.parameters.set("RTL_LOITER_RAD", 60.0)
+    circles: list[float] = []
     while vehicle.armed:
         vehicle.step()
         told, triplet = vehicle.topics.navigator_mission_item, vehicle.topics.position_setpoint_triplet
         if vehicle.mode is NavState.AUTO_RTL and phases[-1:] != [told.sequence_current]:
             phases.append(told.sequence_current)
             heights[told.sequence_current] = triplet.current.alt_acceptance_radius
+            circles.append(told.loiter_radius)
             looks_down.append(vehicle.topics.distance_sensor_mode_change_request.request_on_off)
             if told.sequence_current == 2:
                 assert (triplet.next.valid, triplet.next.type, triplet.next.alt) == (True, SetpointType.LAND, 0.0)
@@ -87,6 +90,7 @@ def test_a_return_that_waits_moves_to_its_place_again_before_it_lands() -> None:
             vehicle.up = 12.0
     assert phases == [0, 1, 2, 3, 6, 7, 8]
     assert looks_down == [0, 0, 1, 1, 1, 1, 0]
+    assert circles == [80, 80, 60, 60, 60, 60, 80], "a place without a circle keeps the last one"
     assert math.isnan(heights[1])
     assert heights[3] == heights[6] > 1e38
 
