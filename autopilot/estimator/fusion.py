@@ -184,6 +184,7 @@ class Fusion:
         if system.gnd_effect:
             flags.gnd_effect = True
             self.baro.ground_effect_us = ekf.time_us
+            self.baro.update_ground_effect()
         flags.constant_pos = system.constant_pos
 
     def _vertical_aids(self) -> list[VerticalAid]:

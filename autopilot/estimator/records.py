@@ -74,7 +74,7 @@ class Records:
         self._publication = publication
         self._often_us = self._half_us = self._seldom_us = self._bias_us = self._event_us = 0
         self._flags: tuple[bool, ...] = ()
-        self._faults: tuple[bool, ...] = ()
+        self._faults = fault_flags(fusion.ekf.faults)
         self._flag_changes = self._fault_changes = self._event_changes = 0
         self._biases: tuple[Vector3, Vector3, Vector3] = (NAN3, NAN3, NAN3)
         self._gps_sample_us = self._steps = 0

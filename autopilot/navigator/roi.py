@@ -58,5 +58,5 @@ class Roi:
             roi = VehicleRoi()
         else:
             mode = int(command.param1) & 0xFF if math.isfinite(command.param1) else 0
-            roi = VehicleRoi(mode, 0.0, 0.0, 0.0)
+            roi = VehicleRoi(mode)
         self._roi = self._state.topics.vehicle_roi = roi._replace(timestamp=self._state.now_us)

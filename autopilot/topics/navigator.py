@@ -35,12 +35,12 @@ class PositionSetpointTriplet(NamedTuple):
 
 class VehicleRoi(NamedTuple):
     """Region of interest: mode 0 none, 1 the next waypoint turned by offsets (rad), 3 a location; timestamp 0 when
-    nobody has ever set one."""
+    nobody has ever set one. A mode without a place has zeros there, as in PX4."""
 
     mode: int = 0
-    lat: float = NAN
-    lon: float = NAN
-    alt: float = NAN
+    lat: float = 0.0
+    lon: float = 0.0
+    alt: float = 0.0
     roll_offset: float = 0.0
     pitch_offset: float = 0.0
     yaw_offset: float = 0.0

@@ -38,6 +38,7 @@ class Feed:
         self.estimator = Estimator(self.topics, self.parameters)
         self.path, self.yaw = path, yaw
         self.gps = self.baro = True
+        self.in_ground_effect = False
         self.gps_offset_m = self.gps_offset_up_m = self.accel_bias_z = self.gyro_bias_x = 0.0
         self.ticks = 0
         self.random = random.Random(1)
@@ -56,7 +57,12 @@ class Feed:
         position, velocity, acceleration = self.path(self.time_s)
         moving = any(velocity)
         self.topics.vehicle_land_detected = VehicleLandDetected(
-            self.ticks * 4000, not moving, not moving, not moving, at_rest=not moving
+            self.ticks * 4000,
+            not moving,
+            not moving,
+            not moving,
+            in_ground_effect=self.in_ground_effect,
+            at_rest=not moving,
         )
         messages: list[SimulatorMessage] = []
         if self.gps and self.ticks % 31 == 0:

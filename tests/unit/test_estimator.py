@@ -265,6 +265,23 @@ def test_distance_to_ground() -> None:
     assert not feed.topics.vehicle_local_position.dist_bottom_valid
 
 
+def test_ground_effect_ends_at_once_where_the_ground_is_known_to_be_far() -> None:
+    """A way down may be told to be into it all the time: Ekf::updateGroundEffect goes by the height."""
+    feed = Feed(circle)
+    feed.in_ground_effect = True
+    feed.run(10.0)
+    assert feed.estimator.ekf.flags.gnd_effect
+    told = [True]
+    for _ in range(60):
+        for _ in range(13):
+            feed.step()
+            if told[-1] != feed.estimator.ekf.flags.gnd_effect:
+                told.append(not told[-1])
+        height = -feed.topics.vehicle_local_position.z
+        feed.topics.distance_sensor = DistanceSensorSample(feed.ticks * 4000, height + 2.0, 0.2, 12.0)
+    assert told == [True, False]
+
+
 def test_heights_that_count_from_the_ground_do_so_all_the_time() -> None:
     """EKF2_RNG_CTRL 2 gives the reference up with each sample; the fallback takes it again in the same step."""
     feed = Feed(EKF2_HGT_REF=2, EKF2_RNG_CTRL=2)

@@ -40,7 +40,7 @@ class BaroHeight:
 
     def control(self, time_us: int) -> None:
         """One step of the filter, at `time_us` of the delayed IMU."""
-        self._update_ground_effect()
+        self.update_ground_effect()
         sample = self.buffer.pop(time_us)
         if sample is not None:
             self._on_sample(sample)
@@ -50,7 +50,8 @@ class BaroHeight:
     def _newest_recent(self) -> bool:
         return self._ekf.newest_recent(self.buffer.pushed_us, 2 * MAX_INTERVAL_US)
 
-    def _update_ground_effect(self) -> None:
+    def update_ground_effect(self) -> None:
+        """It is where the ground is near, if its height is known; else for a while after it was told to be."""
         ekf, flags = self._ekf, self._ekf.flags
         if not flags.in_air:
             flags.gnd_effect = False
