@@ -22,22 +22,20 @@ from sitl_emu.missions.companion.terrain.terrain_map import Grid
 
 REACH_M = 4.0
 """How far a height tells of the ground about it: one sigma of a Gaussian; ours."""
-ABOUT_M, SLOPE, STEP_M = 36.0, 0.15, 0.5
-"""How far the lowest may be, how steep ground is, and what its heights are off. The last two are the slope and
-threshold that Pingel's filter has in PDAL (filters.smrf), and the first twice its window, ours: corners are sparse, and
-a roof's edge of 24 cells, 14 m high, had no ground within 18 m and was taken for some (town of seed 3: its error was
-1.28 m, and is 0.46 m mapped again; seven other towns' maps are the same to the millimetre)."""
+SLOPE, STEP_M = 0.15, 0.5
+"""How steep ground is, and what its heights are off: the slope and threshold that Pingel's filter has in PDAL
+(filters.smrf). Its window of 18 m we don't have: corners are sparse, and a roof's edge of 24 cells, 14 m high, had no
+ground within that and was taken for some (town of seed 3: its error was 1.28 m, and is 0.46 m mapped again; seven other
+towns' maps and three debris fields' are the same to the millimetre)."""
 HILL_M = 6.0
-"""What is ground about a cell, by a Gaussian of that sigma, is the hill that it lies on: ours, a third of the first, so
-that what stands does not bend it. Of ten wildfires' maps (seeds 1 to 10, mapped again) the error was 0.42 m without,
-and 0.38, 0.36 and 0.36 m with 8, 6 and 5 m; of ten debris fields' 0.22 m by all of them."""
+"""What is ground about a cell, by a Gaussian of that sigma, is the hill that it lies on: ours, a third of PDAL's
+window, so that what stands does not bend it. Of ten wildfires' maps (seeds 1 to 10, mapped again) the error was 0.42 m
+without, and 0.38, 0.36 and 0.36 m with 8, 6 and 5 m; of ten debris fields' 0.22 m by all of them."""
 HILL_ROUNDS = 16
 """How often it is told anew, at most: it stops where no cell comes or goes, in four rounds or so."""
 ALONE_M, TOGETHER = 5.0, 3
 """Fewer cells than that within this distance, to which ground could rise or fall, are none. The first is half the
 window of filters.elm, which takes the lowest alone; ours are two where a corner lies on a border of cells."""
-BESIDE_CELLS = 1.5
-"""Nearer than that are the eight cells about one."""
 LEAST_WEIGHT = 1e-3
 """Of all heights about a place: where there is less, none is known; ours."""
 AMONG_M, AMONG = 1.5, 0.02
@@ -51,16 +49,28 @@ def ground(means_m: Grid, resolution_m: float, noises_m: Grid | float = 0.0) -> 
     """
     means_m = _without_lone(means_m, resolution_m)
     known = np.where(np.isfinite(means_m), means_m, np.inf)
-    # a cone of that slope over each cell, grown from cell to cell (G. Borgefors, Distance transformations, 1986)
-    highest = known + np.nan_to_num(noises_m)
-    for _ in range(round(ABOUT_M / resolution_m)):
-        before = highest
-        highest = np.minimum.reduce(
-            [beside + SLOPE * away_m for beside, away_m in _shifted(before, resolution_m, BESIDE_CELLS * resolution_m)]
-        )
-        if np.array_equal(highest, before):
-            break
+    highest = _cones(known + np.nan_to_num(noises_m), SLOPE * resolution_m)
     return np.where(known <= highest + STEP_M, means_m, np.nan)
+
+
+def _cones(heights_m: Grid, rise_m: float) -> Grid:
+    """The lowest of all cones that stand on cells and rise by so much from one to the next, diagonally by its root 2.
+
+    A distance transform in two passes (G. Borgefors, Distance transformations, 1986): a shortest way goes either down
+    the rows or up, and along them.
+    """
+    lowest, along = heights_m.copy(), rise_m * np.arange(heights_m.shape[1])
+    across_m = rise_m * math.sqrt(2.0)
+    for rows in (lowest, lowest[::-1]):
+        before = np.full(len(along), np.inf)
+        for row in rows:
+            np.minimum(row, before + rise_m, out=row)
+            np.minimum(row[1:], before[:-1] + across_m, out=row[1:])
+            np.minimum(row[:-1], before[1:] + across_m, out=row[:-1])
+            np.minimum(row, np.minimum.accumulate(row - along) + along, out=row)
+            np.minimum(row, np.minimum.accumulate((row + along)[::-1])[::-1] - along, out=row)
+            before = row
+    return lowest
 
 
 def ground_on_hills(means_m: Grid, resolution_m: float) -> Grid:
