@@ -45,7 +45,7 @@ class WaterAndFoliage:
     def __init__(self, water: Sequence[Water], cover: Sequence[Cover], terrain: Terrain) -> None:
         self.water = tuple(water)
         self._terrain = terrain
-        self._foliage = [each for each in cover if each.kind in SEEN_BY_LASER]
+        self._foliage = [(each, foliage.box_of(each, terrain)) for each in cover if each.kind in SEEN_BY_LASER]
         self._highest_m = max((each.level_m for each in water), default=-math.inf)
 
     def water_at(self, north_m: float, east_m: float, down_m: float) -> Water | None:
@@ -59,20 +59,17 @@ class WaterAndFoliage:
         self, origins: FloatArray, directions: FloatArray, reach: FloatArray
     ) -> list[tuple[FloatArray, Water | Cover]]:
         """Ranges (n,) at which rays (n, 3; NED) meet each of them within their `reach` (n,), inf where they do not."""
-        met: list[tuple[FloatArray, Water | Cover]] = [
-            (self._meet_water(each, origins, directions, reach), each) for each in self.water
-        ]
-        met += [(foliage.meet(each, self._terrain, origins, directions, reach), each) for each in self._foliage]
-        return met
+        return self._met(self._foliage, origins, directions, reach)
 
     def heard(self, origin: Vector3, direction: Vector3, range_m: float, reach_m: float) -> float:
         """How far (m) a laser range finder measures along a beam that meets ground or a solid at `range_m`.
 
         `reach_m`: how far it can hear. inf: nothing comes back, since water mirrors the beam away.
         """
-        reach = np.array([min(range_m, reach_m)])
+        least_m = min(range_m, reach_m)
+        near = [one for one in self._foliage if foliage.may_meet(one[1], origin, direction, least_m)]
         nearest, what = range_m, None
-        for ranges, each in self.rays(np.array([origin]), np.array([direction]), reach):
+        for ranges, each in self._met(near, np.array([origin]), np.array([direction]), np.array([least_m])):
             if ranges[0] < nearest:
                 nearest, what = float(ranges[0]), each
         return math.inf if isinstance(what, Water) and direction[2] < MIRRORS_BACK_COS else nearest
@@ -108,6 +105,19 @@ class WaterAndFoliage:
     def _wet(self, water: Water, north_m: float, east_m: float) -> bool:
         ground_m = self._terrain.height_m(north_m, east_m)
         return ground_m < water.level_m and polygons.contains(water.polygon_m, north_m, east_m)
+
+    def _met(
+        self,
+        leaves: Sequence[tuple[Cover, foliage.Box]],
+        origins: FloatArray,
+        directions: FloatArray,
+        reach: FloatArray,
+    ) -> list[tuple[FloatArray, Water | Cover]]:
+        met: list[tuple[FloatArray, Water | Cover]] = [
+            (self._meet_water(each, origins, directions, reach), each) for each in self.water
+        ]
+        met += [(foliage.meet(each, box, self._terrain, origins, directions, reach), each) for each, box in leaves]
+        return met
 
     def _meet_water(self, water: Water, origins: FloatArray, directions: FloatArray, reach: FloatArray) -> FloatArray:
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -133,7 +133,10 @@ def test_where_a_ray_meets_foliage_there_are_leaves_and_none_before(
     direction = np.array([(n, e, d)]) / math.hypot(n, e, d)
     origin = np.array([(north_m, east_m, -20.0)])
     reach = np.array([300.0])
-    (met,) = foliage.meet(cover, shore(), origin, direction, reach)
+    box = foliage.box_of(cover, shore())
+    (met,) = foliage.meet(cover, box, shore(), origin, direction, reach)
+    place, course = (tuple(one[0].tolist()) for one in (origin, direction))
+    assert foliage.may_meet(box, place, course, 300.0) or met == math.inf
 
     def leaves(at: np.ndarray) -> np.ndarray:
         return leaves_at(cover, shore(), origin + at[:, None] * direction)
