@@ -8,8 +8,7 @@ moved stays as it was. A step is PX4's time since the last one within 1 and 10 m
 import math
 from typing import NamedTuple
 
-from sitl_emu.autopilot.control import pure_pursuit
-from sitl_emu.autopilot.control.pure_pursuit import Place, lookahead_m, target_bearing
+from sitl_emu.autopilot.control.pure_pursuit import Place, lookahead_m, pursuit
 from sitl_emu.autopilot.control.rover_control import (
     HeadingControl,
     Pid,
@@ -108,7 +107,8 @@ class PositionControl:
             braking = max_speed_from_distance(parameters.jerk, parameters.deceleration, max(distance, 0.0), arrival)
             speed = min(braking, cruising)
         ahead_m = lookahead_m(speed, parameters.ahead_gain, parameters.ahead_min_m, parameters.ahead_max_m)
-        bearing = target_bearing(self._place, self._start, state.place, ahead_m)
+        followed = pursuit(now_us, self._place, self._start, state.place, ahead_m)
+        bearing = followed.target_bearing
         setpoints.speed = speed = speed_limited_by_course(
             speed,
             bearing - state.yaw,
@@ -117,7 +117,7 @@ class PositionControl:
             parameters.least_cornering_speed,
         )
         setpoints.yaw = bearing if speed > -EPSILON else wrap_pi(bearing + math.pi)
-        return pure_pursuit.status(now_us, self._place, self._start, state.place, ahead_m, bearing)
+        return followed
 
     def _rest(self, setpoints: Setpoints, state: RoverState) -> None:
         """Within the acceptance radius of a place to stop at: where it has come to rest is the place from then on."""

@@ -42,12 +42,12 @@ def target_bearing(target: Place, start: Place, place: Place, ahead_m: float) ->
     return math.atan2(path_e + onwards * u_e, path_n + onwards * u_n)
 
 
-def status(now_us: int, target: Place, start: Place, place: Place, ahead_m: float, bearing: float) -> PurePursuitStatus:
-    """How the line is followed, `bearing` being where `target_bearing` leads."""
+def pursuit(now_us: int, target: Place, start: Place, place: Place, ahead_m: float) -> PurePursuitStatus:
+    """Where `target_bearing` leads, and how far the vehicle is from the line and its end."""
     to_n, to_e = target[0] - place[0], target[1] - place[1]
     leg_n, leg_e = target[0] - start[0], target[1] - start[1]
     leg = math.hypot(leg_n, leg_e)
-    off_n, off_e = place[0] - start[0], place[1] - start[1]
-    # without a line PX4 takes the way from the start for the error, and gives it no side
-    right_m = (leg_n * off_e - leg_e * off_n) / leg if leg > 0.0 else 0.0
+    # a line without length has no side, which in PX4 is an error of 0
+    right_m = (leg_n * (place[1] - start[1]) - leg_e * (place[0] - start[0])) / leg if leg >= EPSILON else 0.0
+    bearing = target_bearing(target, start, place, ahead_m)
     return PurePursuitStatus(now_us, ahead_m, bearing, right_m, math.hypot(to_n, to_e), math.atan2(to_e, to_n))

@@ -61,7 +61,10 @@ def box_of(cover: Cover, terrain: Terrain) -> Box:
 
 
 def may_meet(box: Box, origin: Vector3, direction: Vector3, reach_m: float) -> bool:
-    """Whether a beam comes into a box: told in a microsecond, where `meet` takes thirty to find that it does not."""
+    """Whether a beam comes into a box; `meet` takes ten times as long to find that it does not.
+
+    `origin` in metres, `direction` of length one, both NED.
+    """
     near, far = 0.0, reach_m
     for low, high, at, along in zip(*box, origin, direction, strict=True):
         if along == 0.0:

@@ -28,15 +28,18 @@ position_controller_status = by_name(
     zeros("nav_roll", "nav_pitch", "nav_bearing", "target_bearing", "xtrack_error", "wp_dist", "type"),
 )
 OWN_NAMES = {
-    "pure_pursuit_status": by_name("pure_pursuit_status", PurePursuitStatus),
-    "rover_attitude_setpoint": by_name("rover_attitude_setpoint", RoverAttitudeSetpoint),
-    "rover_attitude_status": by_name("rover_attitude_status", RoverAttitudeStatus),
-    "rover_position_setpoint": by_name("rover_position_setpoint", RoverPositionSetpoint, {"yaw": math.nan}),
-    "rover_rate_setpoint": by_name("rover_rate_setpoint", RoverRateSetpoint),
-    "rover_rate_status": by_name("rover_rate_status", RoverRateStatus),
-    "rover_speed_setpoint": by_name("rover_speed_setpoint", RoverSpeedSetpoint, zeros("speed_body_y")),
-    "rover_speed_status": by_name("rover_speed_status", RoverSpeedStatus, MECANUM_ALONE),
-    "rover_steering_setpoint": by_name("rover_steering_setpoint", RoverSteeringSetpoint),
-    "rover_throttle_setpoint": by_name("rover_throttle_setpoint", RoverThrottleSetpoint),
+    topic: by_name(topic, kind, extra)
+    for topic, kind, extra in (
+        ("pure_pursuit_status", PurePursuitStatus, None),
+        ("rover_attitude_setpoint", RoverAttitudeSetpoint, None),
+        ("rover_attitude_status", RoverAttitudeStatus, None),
+        ("rover_position_setpoint", RoverPositionSetpoint, {"yaw": math.nan}),
+        ("rover_rate_setpoint", RoverRateSetpoint, None),
+        ("rover_rate_status", RoverRateStatus, None),
+        ("rover_speed_setpoint", RoverSpeedSetpoint, zeros("speed_body_y")),
+        ("rover_speed_status", RoverSpeedStatus, MECANUM_ALONE),
+        ("rover_steering_setpoint", RoverSteeringSetpoint, None),
+        ("rover_throttle_setpoint", RoverThrottleSetpoint, None),
+    )
 }
 """Those that are logged under their own names, 10 times a second."""
