@@ -127,10 +127,10 @@ def disarm(system: int) -> Command:
     return Command(system, 1, COMPONENT_ARM_DISARM, (0,))
 
 
-def reposition(system: int, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> Command:
-    """Sends a vehicle to a place in Hold; speed and heading as the autopilot likes."""
+def reposition(system: int, lat_deg: float, lon_deg: float, alt_amsl_m: float, speed_m_s: float = -1.0) -> Command:
+    """Sends a vehicle to a place in Hold; heading, and a speed of -1, as the autopilot likes."""
     place = (round(lat_deg * 1e7), round(lon_deg * 1e7), alt_amsl_m)
-    return Command(system, 1, DO_REPOSITION, (-1, REPOSITION_CHANGE_MODE, 0, math.nan), place)
+    return Command(system, 1, DO_REPOSITION, (speed_m_s, REPOSITION_CHANGE_MODE, 0, math.nan), place)
 
 
 def gripper(system: int, *, open_it: bool) -> Command:

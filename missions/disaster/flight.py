@@ -294,7 +294,8 @@ class Flight:
         """Sends the vehicle on, in Hold."""
         onboard, home = self.onboard, self.home
         onboard.yielding.expect(())
-        asked = reposition(onboard.system_id, *self.place_deg(to_m), home[2] + altitude_m)
+        speed_m_s = self.settings.scan_speed_m_s
+        asked = reposition(onboard.system_id, *self.place_deg(to_m), home[2] + altitude_m, speed_m_s)
         yield from steps.command(onboard, asked, "reposition")
         onboard.yielding.expect({"hold"})
 

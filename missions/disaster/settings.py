@@ -49,6 +49,8 @@ class Settings(NamedTuple):
     """None: it carries none, and only scans."""
     scan_altitude_m: float = 20.0
     """Above home, and above the mapped ground with `altitude: terrain`; the paper's."""
+    scan_speed_m_s: float = 5.0
+    """With which it goes from place to place; PX4's MPC_XY_CRUISE."""
     release_height_m: float = 7.0
     """Above the ground: what the lidar measures (TF-Luna: 8 m)."""
     ground_sigma_m: float = 2.0
@@ -97,6 +99,7 @@ def settings_of(given: Options) -> Settings:
         mount,
         parcel if carries else None,
         scan_altitude_m=given.number("scan_altitude_m", 20.0, 3.0, 100.0),
+        scan_speed_m_s=given.number("scan_speed_m_s", 5.0, 0.5, 20.0),
         release_height_m=given.number("release_height_m", 7.0, 3.0, 100.0),
         ground_sigma_m=given.number("ground_sigma_m", 2.0, 0.1, 50.0),
         overlap=given.number("overlap", 0.3, 0.0, 0.9),

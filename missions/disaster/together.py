@@ -42,8 +42,6 @@ from sitl_emu.missions.disaster.settings import Settings, Team
 if TYPE_CHECKING:
     from sitl_emu.core import dialect as mavlink
 
-CRUISE_M_S = 5.0
-"""PX4's MPC_XY_CRUISE, with which it goes from place to place."""
 MOVED_M, STEADY_M_S = 1.0, 0.1
 """What makes a new place of an old one, and what stands; ours."""
 OFF_LAYER_M = 3.0
@@ -237,7 +235,8 @@ class Together:
         away_m = math.dist(here_m, to_m)
         if away_m <= STANDING_M:
             return 0.0, 0.0
-        speed = max(min(CRUISE_M_S, math.sqrt(2.0 * SLOWING_M_S2 * away_m)), self._onboard.telemetry.speed_m_s)
+        fastest = min(self._flight.settings.scan_speed_m_s, math.sqrt(2.0 * SLOWING_M_S2 * away_m))
+        speed = max(fastest, self._onboard.telemetry.speed_m_s)
         return (to_m[0] - here_m[0]) / away_m * speed, (to_m[1] - here_m[1]) / away_m * speed
 
     def _stop_m(self) -> Corner:
@@ -328,7 +327,7 @@ class Together:
         self._costs = {one.key: self._cost_s(self._places[one.key]) for one in targets if one.key in self._places}
 
     def _cost_s(self, place: Place) -> float:
-        return math.dist(self._flight.here_m, place.place_m) / CRUISE_M_S
+        return math.dist(self._flight.here_m, place.place_m) / self._flight.settings.scan_speed_m_s
 
     def _of_others(self, target: Target) -> list[Place]:
         """Places that others have told of a target, none of whom can serve it, if we have not tried them too often."""

@@ -54,6 +54,7 @@ class Quad(FakePx4):
         super().__init__(system, 2, 0.0, 0.0, CRUISE_M_S)
         self.home = (*from_metres(pad_m[0] + error_m[0], pad_m[1] + error_m[1], *ORIGIN), AMSL_M + error_m[2])
         self.pad_m, self.error_m, self.height_m, self.dropped = pad_m, error_m, 0.0, False
+        self.cruise_m_s = CRUISE_M_S
         self.fallen = False
         """It lies where it fell, armed, and talks on."""
 
@@ -75,6 +76,7 @@ class Quad(FakePx4):
         super()._obey(msg)
         if msg.command == 192:
             self.height_m = msg.z - self.home[2]
+            self.cruise_m_s = msg.param1 if msg.param1 > 0.0 else CRUISE_M_S
         elif msg.command == 211:
             self.dropped = True
 
@@ -102,7 +104,7 @@ class Quad(FakePx4):
     def _towards(self, goal: tuple[float, float], dt: float) -> tuple[float, float]:
         north_m, east_m = goal[0] - self.north_m, goal[1] - self.east_m
         away_m = math.hypot(north_m, east_m)
-        speed = min(CRUISE_M_S, 0.8 * math.sqrt(2.0 * ACC_M_S2 * away_m), away_m / dt)
+        speed = min(self.cruise_m_s, 0.8 * math.sqrt(2.0 * ACC_M_S2 * away_m), away_m / dt)
         wished = (north_m / away_m * speed, east_m / away_m * speed) if away_m > 1e-6 else (0.0, 0.0)
         change = wished[0] - self.velocity[0], wished[1] - self.velocity[1]
         most = ACC_M_S2 * dt / max(math.hypot(*change), ACC_M_S2 * dt)

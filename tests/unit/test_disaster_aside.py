@@ -32,6 +32,20 @@ def test_who_is_low_over_a_place_that_the_front_has_reached_goes_on_to_another()
     assert [event.kind for _, _, event in sky.events].count("target_confirmed") == 1
 
 
+@pytest.mark.parametrize("speed_m_s", [2.0, 5.0])
+def test_it_flies_as_fast_as_the_scenario_says(speed_m_s: float) -> None:
+    sky = Sky(1, AREA_M, [], 0.0, 1)
+    flight, fastest = sky.companions[1].flight, [0.0]
+    flight.settings = flight.settings._replace(scan_speed_m_s=speed_m_s)
+
+    def is_seen(sky: Sky) -> bool:
+        fastest[0] = max(fastest[0], math.hypot(*sky.quads[1].velocity[:2]))
+        return sky.tells(1, "line_scanned")
+
+    assert sky.fly(300.0, then=is_seen)
+    assert fastest[0] == pytest.approx(speed_m_s, rel=0.02)
+
+
 @pytest.mark.parametrize(("pitch_deg", "looks"), [(-40.0, True), (-50.0, False), (130.0, False)])
 def test_who_leans_farther_than_any_autopilot_does_looks_at_nothing(pitch_deg: float, looks: bool) -> None:
     """Who falls: what it takes for the ground is elsewhere."""
