@@ -42,10 +42,10 @@ KEEP_OFF_M, BEST_M, WITHIN_M = 2.0, 2.75, 4.0
 """From the area's edge. A parcel from 10 m comes to rest within 1.4 m of its place, nine times of ten
 (vehicles/README.md); the edge itself is known to a metre, and both err to either side: best is about the middle of 0
 and 5 m. So near to a ruin little ground is surely none of it: parcels lay 3.4 m from ruins in the mean (40 flights of
-Table 5, docs/disaster.md). Ours."""
+Table 5, docs/disaster-measured.md). Ours."""
 SPREADS_M = 0.5
 """Best is so much farther from what spreads meanwhile: parcels that went 3.25 m from fires lay 2.0 m from them in the
-mean, 0.7 at least (ten of Table 4, docs/disaster.md). Ours."""
+mean, 0.7 at least (ten of Table 4, docs/disaster-measured.md). Ours."""
 HELD_WITHIN_M = 4.5
 """The same of a place that is gone to, as edges move while more is seen of them, and of what is looked at last, before
 the parcel is taken home (the town of seed 4 had no other); ours. Of places chosen that far away parcels came to rest
