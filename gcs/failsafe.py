@@ -2,13 +2,16 @@
 
 Sources, PX4 v1.18: while a failsafe acts, `vehicle_status.failsafe` is set and HEARTBEAT.system_status of the armed
 vehicle is CRITICAL (mavlink/streams/HEARTBEAT.hpp); after a pilot's change of mode it is ACTIVE, also where that ended
-a failsafe (user takeover, commander/failsafe/framework.cpp). A terminated vehicle is FLIGHT_TERMINATION whoever did it;
-then CURRENT_MODE tells: a failsafe leaves `intended_custom_mode`, what was asked for last, as it was
-(mavlink/streams/CURRENT_MODE.hpp). Why a failsafe acts is in the events `commander_failsafe_enter…`
-(FailsafeBase::notifyUser): their first argument is the mode that was asked for, their last PX4's failsafe_cause_t
-(src/lib/events/enums.json). A geofence or a lost offboard signal has cause "generic" there, and is told by an event of
-the health and arming checks, which PX4 reports again, all of them, when a failsafe begins (seen on a PX4 v1.18 SIH: a
-geofence and a silent ground station, 12 ms before the failsafe's event).
+a failsafe (user takeover, commander/failsafe/framework.cpp). Why a failsafe acts is in the events
+`commander_failsafe_enter…` (FailsafeBase::notifyUser): their first argument is the mode that was asked for, the second
+what is done, the last PX4's failsafe_cause_t (src/lib/events/enums.json). A geofence or a lost offboard signal has
+cause "generic" there, and is told by an event of the health and arming checks, which PX4 reports again, all of them,
+when a failsafe begins (seen on a PX4 v1.18 SIH: a geofence and a silent ground station, 12 ms before the failsafe's
+event).
+
+A terminated vehicle is FLIGHT_TERMINATION whoever did it, and goes on to show the mode that was asked for last
+(vehicle_status.nav_state_display, Commander.cpp): only where that is no termination, a failsafe did it, and its event
+tells so. A kill switch looks alike, and has no such event.
 """
 
 from sitl_emu.core import dialect as mavlink
@@ -38,18 +41,21 @@ NEAR_MS = 3_000
 """So far apart a failsafe and the check that it is about may be told: PX4 reports its checks right after it told of a
 failsafe, or up to 2 s before (HealthAndArmingChecks)."""
 UNKNOWN = "cause unknown"
+TERMINATE, TERMINATION = 10, 10 << 16
+"""failsafe_action_t, and the custom mode of a vehicle that was asked to terminate its flight."""
 CRITICAL, FLIGHT_TERMINATION = mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_FLIGHT_TERMINATION
 
 
 class FailsafeWatch:
-    """Hears an autopilot's HEARTBEAT, CURRENT_MODE and events. Hand it what the autopilot sends, and the time."""
+    """Hears an autopilot's HEARTBEAT and events. Hand it what the autopilot sends, and the time."""
 
     def __init__(self, system: int) -> None:
         self.active = False
         """Whether a failsafe has the vehicle, by its last heartbeat."""
+        self.terminated = False
+        """Whether one has ended the flight for good: the mode that is shown does not tell."""
         self._events = EventReceiver(system)
         self._source = (system, 1)
-        self._intended: int | None = None
         self._entered: Event | None = None
         """The last event of the failsafe that acts."""
         self._cause = ""
@@ -82,12 +88,8 @@ class FailsafeWatch:
         """Takes a message; returns requests for events that were lost."""
         if (msg.get_srcSystem(), msg.get_srcComponent()) != self._source:
             return []
-        kind = msg.get_type()
-        if kind == "CURRENT_MODE":
-            self._intended = msg.intended_custom_mode
-        elif kind == "HEARTBEAT":
-            terminated = msg.system_status == FLIGHT_TERMINATION and self._intended not in (None, msg.custom_mode)
-            acts = msg.system_status == CRITICAL or terminated
+        if msg.get_type() == "HEARTBEAT":
+            acts = msg.system_status == CRITICAL or self.terminated
             if self.active and not acts:
                 self._entered, self._cause = None, ""
             self.active = acts
@@ -99,6 +101,8 @@ class FailsafeWatch:
     def _take(self, event: Event) -> None:
         if event.id in ENTERED:
             self._entered, self._cause = event, self._cause if self.active else ""
+            mode, action = int.from_bytes(event.arguments[:4], "little"), event.arguments[4]
+            self.terminated |= action == TERMINATE and mode != TERMINATION
         elif event.id in FENCE_VIOLATED:
             self._fence_ms = event.time_boot_ms
         elif event.id == OFFBOARD_LOST:

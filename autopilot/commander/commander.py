@@ -360,6 +360,7 @@ class Commander:
             self._takeoff_us,
             self._nav_state,
             self._intention.mode,
+            self._intention.mode if arming.terminated else self._nav_state,
             self._nav_state_us,
             self._system_status(can_arm=can_arm),
             in_failsafe,

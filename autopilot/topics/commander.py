@@ -9,7 +9,11 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 
 class VehicleStatus(NamedTuple):
-    """Arming and mode. `nav_state` is what is flown, `nav_state_user_intention` what was asked for."""
+    """Arming and mode.
+
+    `nav_state` is what is flown, `nav_state_user_intention` what was asked for, and `nav_state_display` what
+    HEARTBEAT and CURRENT_MODE show: the former, but for a flight that a failsafe has terminated, the latter.
+    """
 
     timestamp: int = 0
     armed: bool = False
@@ -17,6 +21,7 @@ class VehicleStatus(NamedTuple):
     takeoff_time: int = 0
     nav_state: NavState = NavState.AUTO_LOITER
     nav_state_user_intention: NavState = NavState.AUTO_LOITER
+    nav_state_display: NavState = NavState.AUTO_LOITER
     nav_state_timestamp: int = 0
     """When nav_state last changed."""
     system_status: int = 0

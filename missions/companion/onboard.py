@@ -19,6 +19,8 @@ from sitl_emu.missions.companion.router import is_for_companion
 from sitl_emu.missions.companion.yielding import Yielding
 
 AnyService = TypeVar("AnyService", bound=Service)
+TERMINATION = "termination"
+"""As `gcs.modes` names it; who was terminated by a failsafe goes on to show another (`gcs/failsafe.py`)."""
 Script = Generator[None, None, None]
 """What a mission does, one thing after the other; it is gone on with at each step until its next `yield`."""
 
@@ -111,7 +113,8 @@ class Onboard:
         """
         self.now_us = now_us
         acts = self.failsafe is not None and self.failsafe.active
-        if self.telemetry.mode and self.yielding.on_mode(now_us, self.telemetry.mode, acts):
+        flown = TERMINATION if self.failsafe is not None and self.failsafe.terminated else self.telemetry.mode
+        if flown and self.yielding.on_mode(now_us, flown, acts):
             mode = self.yielding.yielded_to
             if mode is not None:
                 by = "failsafe" if self.yielding.to_failsafe else "pilot"

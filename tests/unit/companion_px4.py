@@ -121,18 +121,24 @@ class FakePx4:
         self.ack: Callable[[int], int] = lambda command: 0
         self._sent_us: dict[str, int] = {}
         self._loaded = 0
-        self._in_failsafe = False
+        self._state = mavlink.MAV_STATE_ACTIVE
         self._told: list[Any] = []
 
     def enter_failsafe(self, now_us: int, mode: tuple[int, int], cause: int) -> None:
         """As PX4 does it: the event commander_failsafe_enter says why, the mode changes, the heartbeat is CRITICAL."""
         arguments = struct.pack("<IBB", self.mode[0] << 16 | self.mode[1] << 24, 6, cause).ljust(40, b"\0")
         self._told.append(mavlink.MAVLink_event_message(26528394, now_us // 1000, 1, 0, 0, 0x21, list(arguments)))
-        self.mode, self.goal, self._in_failsafe = mode, None, True
+        self.mode, self.goal, self._state = mode, None, mavlink.MAV_STATE_CRITICAL
+
+    def terminate(self, now_us: int) -> None:
+        """A failsafe ends the flight, as PX4 does it: the event tells, and the mode that is shown stays what it was."""
+        arguments = struct.pack("<IB", self.mode[0] << 16 | self.mode[1] << 24, 10).ljust(40, b"\0")
+        self._told.append(mavlink.MAVLink_event_message(31382480, now_us // 1000, 1, 0, 0, 0x21, list(arguments)))
+        self.speed_m_s, self._state = 0.0, mavlink.MAV_STATE_FLIGHT_TERMINATION
 
     def choose(self, mode: tuple[int, int]) -> None:
         """A pilot's change of mode, which ends a failsafe."""
-        self.mode, self.goal, self._in_failsafe = mode, None, False
+        self.mode, self.goal, self._state = mode, None, mavlink.MAV_STATE_ACTIVE
 
     def on_message(self, now_us: int, msg: Any) -> list[Any]:
         """What reaches it from its companion's link; returns its answers, packed and parsed."""
@@ -202,9 +208,7 @@ class FakePx4:
             landed = 1 if self.up_m < 0.05 and self.mav_type != 10 else 2
             custom = self.mode[0] << 16 | self.mode[1] << 24
             out += [
-                mavlink.MAVLink_heartbeat_message(
-                    self.mav_type, 12, 29 | self.armed << 7, custom, 4 + self._in_failsafe, 3
-                ),
+                mavlink.MAVLink_heartbeat_message(self.mav_type, 12, 29 | self.armed << 7, custom, self._state, 3),
                 mavlink.MAVLink_sys_status_message(0, 0, health, 0, 0, 0, 90, 0, 0, 0, 0, 0, 0),
                 mavlink.MAVLink_home_position_message(*home, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0),
                 mavlink.MAVLink_extended_sys_state_message(0, landed),

@@ -73,6 +73,21 @@ def test_a_failsafe_that_takes_the_uas_home_is_told_apart_from_a_pilot() -> None
     assert scout.companion.status.outcome == "failsafe (low battery)"
 
 
+def test_a_failsafe_that_ends_the_flight_is_told_although_the_mode_that_is_shown_stays() -> None:
+    scout, inspect = pair()
+
+    def falls(now_us: int) -> None:
+        if now_us == 15 * US:
+            scout.px4.terminate(now_us)
+        if now_us == 25 * US:
+            scout.px4.armed = False
+
+    fly(scout, inspect, each=falls)
+    yielded = scout.of("yielded")
+    assert [(event.data["by"], event.data["mode"]) for event in yielded] == [("failsafe", "termination")]
+    assert scout.companion.status.outcome == "failsafe (cause unknown)"
+
+
 def test_a_pilot_who_takes_over_from_a_failsafe_is_told_too() -> None:
     scout, inspect = pair()
 

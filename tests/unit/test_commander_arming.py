@@ -296,6 +296,7 @@ def test_termination_is_for_good(vehicle: FakeVehicle) -> None:
     assert vehicle.mode is NavState.TERMINATION
     assert vehicle.topics.vehicle_status.termination
     assert vehicle.topics.vehicle_status.nav_state_user_intention is NavState.TERMINATION
+    assert vehicle.topics.vehicle_status.nav_state_display is NavState.TERMINATION
     assert vehicle.topics.vehicle_status.system_status == FLIGHT_TERMINATION
     assert layout("commander_failsafe_enter_generic")[0] in {event.id for event in vehicle.events.recent}
     assert vehicle.result(mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1) == TEMPORARILY_REJECTED

@@ -105,6 +105,19 @@ def test_lost_ground_station(action: int, mode: str) -> None:
     assert "GCS connection regained" in vehicle.take_texts()
 
 
+@pytest.mark.parametrize("orbits", [False, True])
+def test_who_is_terminated_by_a_failsafe_goes_on_to_show_what_was_asked_for(orbits: bool) -> None:
+    """Seen on a PX4 v1.18 (Commander.cpp: nav_state_display); an orbit is Hold as soon as a failsafe acts."""
+    vehicle = flying(NAV_DLL_ACT=5, COM_DL_LOSS_T=5)
+    if orbits:
+        assert vehicle.result(mavlink.MAV_CMD_DO_ORBIT, 8.0, 3.0) == 0
+    vehicle.gcs = False
+    vehicle.run(10.0)
+    status = vehicle.topics.vehicle_status
+    assert (status.nav_state, status.nav_state_display) == (NavState.TERMINATION, NavState.AUTO_LOITER)
+    assert status.nav_state_user_intention is status.nav_state_display
+
+
 def test_lost_ground_station_does_nothing_by_default() -> None:
     vehicle = flying()
     vehicle.gcs = False

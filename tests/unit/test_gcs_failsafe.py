@@ -12,7 +12,7 @@ from tests.unit.companion_px4 import on_the_wire
 SYSTEM = 1
 MISSION, RETURN, POSITION, TERMINATION = 4 << 16 | 4 << 24, 4 << 16 | 5 << 24, 3 << 16, 10 << 16
 ACTIVE, CRITICAL, FLIGHT_TERMINATION = 4, 5, 8
-RTL = 6
+RTL, TERMINATE = 6, 10
 ENTER, ENTER_HOLD, GENERIC, LOW_BATTERY_WARNING = 26528394, 30481910, 31382480, 28993875
 OUTSIDE_FENCE, OFFBOARD_LOST = 16920235, 28241790
 OFFBOARD = 6 << 16
@@ -20,10 +20,6 @@ OFFBOARD = 6 << 16
 
 def heartbeat(mode: int, state: int) -> Any:
     return on_the_wire(mavlink.MAVLink_heartbeat_message(2, 12, 157, mode, state, 3), SYSTEM, 1)
-
-
-def current_mode(mode: int, intended: int) -> Any:
-    return on_the_wire(mavlink.MAVLink_current_mode_message(0, mode, intended), SYSTEM, 1)
 
 
 def event(sequence: int, number: int, arguments: bytes = b"", time_ms: int = 1000) -> Any:
@@ -60,7 +56,7 @@ def test_a_failsafe_is_told_by_the_heartbeats_state_and_its_cause_by_an_event(ca
 
 
 def test_a_pilots_mode_is_no_failsafe() -> None:
-    watch = heard(heartbeat(MISSION, ACTIVE), current_mode(POSITION, POSITION), heartbeat(POSITION, ACTIVE))
+    watch = heard(heartbeat(MISSION, ACTIVE), heartbeat(POSITION, ACTIVE))
     assert not watch.active
 
 
@@ -121,10 +117,15 @@ def test_the_cause_is_forgotten_with_the_failsafe() -> None:
     assert (watch.active, watch.cause) == (True, "cause unknown")
 
 
-@pytest.mark.parametrize(("intended", "failsafe"), [(MISSION, True), (TERMINATION, False)])
-def test_a_terminated_vehicle_was_so_by_a_failsafe_if_nobody_asked_for_it(intended: int, failsafe: bool) -> None:
-    watch = heard(current_mode(TERMINATION, intended), heartbeat(TERMINATION, FLIGHT_TERMINATION))
-    assert watch.active is failsafe
+@pytest.mark.parametrize(("asked_for", "failsafe"), [(MISSION, True), (TERMINATION, False)])
+def test_a_terminated_vehicle_was_so_by_a_failsafe_if_nobody_asked_for_it(asked_for: int, failsafe: bool) -> None:
+    told = event(1, GENERIC, struct.pack("<IB", asked_for, TERMINATE))
+    watch = heard(told, heartbeat(asked_for, FLIGHT_TERMINATION))
+    assert (watch.active, watch.terminated) == (failsafe, failsafe)
+
+
+def test_who_is_killed_by_a_pilot_was_terminated_by_no_failsafe() -> None:
+    assert not heard(heartbeat(MISSION, FLIGHT_TERMINATION)).active
 
 
 def test_an_event_that_was_lost_is_asked_for() -> None:

@@ -65,7 +65,6 @@ def _arming_and_type(record: VehicleStatus) -> tuple[Value, ...]:
 
 
 STATUS: dict[str, float | str] = {
-    "nav_state_display": "nav_state",
     "failsafe_defer_state": "failsafe_defer",
     "system_type": "mav_type",
     "component_id": 1,

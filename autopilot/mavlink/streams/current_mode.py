@@ -15,8 +15,8 @@ def stamp(now_us: int, context: Context) -> int:
 
 
 def fields(now_us: int, context: Context) -> Fields:
-    """Custom modes and the MAV_STANDARD_MODE of the flown one."""
+    """Custom modes and the MAV_STANDARD_MODE of the one that is shown."""
     status = context.topics.vehicle_status
-    nav_state = status.nav_state
+    shown = status.nav_state_display
     intended = custom_mode_of(status.nav_state_user_intention)
-    return (custom_mode_of(nav_state), intended, standard_mode_of(nav_state, context.traits))
+    return (custom_mode_of(shown), intended, standard_mode_of(shown, context.traits))

@@ -18,7 +18,7 @@ def fields(now_us: int, context: Context) -> Fields:
     status = topics.vehicle_status
     control = control_mode(status.nav_state, context.traits, topics.offboard_setpoint)
     return (
-        custom_mode_of(status.nav_state),
+        custom_mode_of(status.nav_state_display),
         context.mav_type,
         mavlink.MAV_AUTOPILOT_PX4,
         base_mode_of(control, armed=status.armed),
