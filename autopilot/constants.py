@@ -84,5 +84,12 @@ class Severity(IntEnum):
     DEBUG = 7
 
 
+HEARTBEAT_TIMEOUT_US: Final = 2_500_000
+"""So old may the HEARTBEAT of a ground station or a component be for a link to count it (telemetry_status)."""
+HEARTBEAT_TOLD_US: Final = 2_360_000
+"""So long after it other modules are told of it. A link looks again 1.25 s after a heartbeat, and at 2.5 s finds it too
+old (MavlinkReceiver::CheckHeartbeats); it publishes what it knows then and once a second (Mavlink::task_main), for the
+last time at 2.36 s: a PX4 v1.18 in real time missed its mission computer 5 s later, 7.35 to 7.39 s after its last
+heartbeat, eleven times."""
 MOST_ROTORS: Final = 12
 """CA_ROTOR_COUNT at most: PX4 has parameters for so many."""

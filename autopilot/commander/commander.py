@@ -16,14 +16,13 @@ from sitl_emu.autopilot.commander.auto_disarm import AutoDisarm
 from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
 from sitl_emu.autopilot.commander.command_handlers import CommandHandlers
 from sitl_emu.autopilot.commander.command_results import ACCEPTED
-from sitl_emu.autopilot.commander.component_links import present_and_healthy
 from sitl_emu.autopilot.commander.control_mode import control_mode
+from sitl_emu.autopilot.commander.data_links import DataLinks, present_and_healthy
 from sitl_emu.autopilot.commander.failsafe import Failsafe
 from sitl_emu.autopilot.commander.failsafe_events import failsafe_event, failsafe_severity
 from sitl_emu.autopilot.commander.failsafe_framework import Action, Notice
 from sitl_emu.autopilot.commander.failure_detector import FailureDetector
 from sitl_emu.autopilot.commander.home_altitude import HomeAltitude
-from sitl_emu.autopilot.commander.link_watch import LinkWatch
 from sitl_emu.autopilot.commander.pilot import Pilot
 from sitl_emu.autopilot.commander.throw_launch import ThrowLaunch
 from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
@@ -125,7 +124,7 @@ class Commander:
         self._off_us: int | None = None
         """When an empty battery turns it off."""
         self._sticks_lost = True
-        self._links = LinkWatch(topics, parameters, say, send_event)
+        self._links = DataLinks(topics, parameters, say)
         self._failure_detector = FailureDetector(topics, parameters)
         self._checks_due_us = 0
         self._now_us = 0
@@ -168,10 +167,9 @@ class Commander:
         self._authorization.update(now_us)
         self._handlers.arm_with_leave(now_us)
         self._failure_detector.update(now_us)
-        if now_us >= self._checks_due_us:
+        if self._links.update(now_us) or now_us >= self._checks_due_us:
             self._checks_due_us = now_us + CHECKS_INTERVAL_US
             self._checks.update(now_us)
-            self._links.update(now_us)
             self._watch_battery(now_us)
             self._hold_without_sticks()
             self._follow_home(now_us)

@@ -8,6 +8,7 @@ MAVLink 2 is answered, the sequence number counts per link. The frames of one mo
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
+from sitl_emu.autopilot.constants import HEARTBEAT_TIMEOUT_US
 from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.decoder import Message, decode
 from sitl_emu.autopilot.mavlink.encoder import Codec, Encoder
@@ -106,8 +107,10 @@ class Link:
         """Datagrams ready to be sent; the owner of the socket empties it."""
         self.components: dict[tuple[int, int], RemoteComponent] = {}
         """By (system, component), whoever spoke on this link."""
-        self.heard_gcs = False
-        """A ground station's HEARTBEAT was heard on this link."""
+        self.gcs_heard_us: int | None = None
+        """When a ground station's HEARTBEAT was heard on this link."""
+        self.gcs_intervals_us = (0, 0)
+        """How long after the one before the last two came; 0: nobody knows."""
         self.messages_sent = 0
         self.messages_received = 0
         self.bytes_sent = 0
@@ -285,6 +288,25 @@ class Link:
                 continue
             self._count(message)
             yield message
+
+    def hear_gcs(self, now_us: int, *, was_lost: bool) -> None:
+        """A ground station's HEARTBEAT has come; `was_lost`: after a time in which it counted as lost."""
+        last_us, self.gcs_heard_us = self.gcs_heard_us, now_us
+        if was_lost or last_us is None:
+            self.gcs_intervals_us = (0, 0)
+        else:
+            self.gcs_intervals_us = (self.gcs_intervals_us[1], now_us - last_us)
+
+    def has_gcs(self, now_us: int) -> bool:
+        """Whether a ground station is on this link (PX4: is_gcs_connected).
+
+        PX4 counts a heartbeat for 2.5 s. A simulation may be faster than its ground station's clock, whose heartbeats
+        are seconds apart then: there one counts for two and a half of its intervals.
+        """
+        if self.gcs_heard_us is None:
+            return False
+        counts_us = max(HEARTBEAT_TIMEOUT_US, max(self.gcs_intervals_us) * 5 // 2)
+        return now_us - self.gcs_heard_us <= counts_us
 
     def heard(self, system: int, component: int) -> bool:
         """Whether a component (0: any of the system; system 0: anybody) has spoken on this link."""

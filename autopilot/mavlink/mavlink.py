@@ -185,7 +185,7 @@ class Mavlink:
             ping.Ping(system_id),
             system_time.SystemTime(),
             self.signing,
-            statustext.StatusText(self.links, topics, texts),
+            statustext.StatusText(self.links, texts),
             statustext.ComponentTexts(texts, system_id),
             ftp.Ftp(system_id, root),
             log_transfer.LogTransfer(system_id, root),

@@ -9,7 +9,7 @@ ground station goes back to where one was heard last.
 
 import math
 
-from sitl_emu.autopilot.constants import SetpointType, Severity
+from sitl_emu.autopilot.constants import HEARTBEAT_TOLD_US, SetpointType, Severity
 from sitl_emu.autopilot.navigator.geofence import Geofence
 from sitl_emu.autopilot.navigator.mission_legs import hold_at
 from sitl_emu.autopilot.navigator.state import NavigatorState
@@ -18,8 +18,6 @@ from sitl_emu.core.geodesy import distance_m
 
 REPOSITION_US = 500_000
 """Loiter::on_active, how old a reposition may be."""
-LINK_TIMEOUT_US = 2_500_000
-"""telemetry_status.HEARTBEAT_TIMEOUT_US: so long after its last heartbeat a ground station still counts as heard."""
 OUTSIDE = "navigator_reposition_outside_geofence"
 ALTITUDE_OUTSIDE = "navigator_change_altitude_outside_geofence"
 
@@ -105,7 +103,7 @@ class Loiter:
         """Every cycle, whatever is flown: remember where a ground station was heard (Navigator::run)."""
         state = self._state
         heard_us = state.topics.gcs_heartbeats.gcs_us
-        if heard_us > 0 and state.now_us - heard_us <= LINK_TIMEOUT_US:
+        if heard_us > 0 and state.now_us - heard_us <= HEARTBEAT_TOLD_US:
             position = state.position
             self._last_link = (position.lat, position.lon, position.alt, state.topics.vehicle_local_position.heading)
 

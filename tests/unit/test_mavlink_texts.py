@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import pytest
+
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import (
     VehicleStatus,
@@ -49,11 +51,29 @@ def test_texts_are_for_ground_stations_that_are_there() -> None:
     peer.texts.say(Severity.INFO, "heard")
     assert [text.text for text in only(peer.run(0.01), "STATUSTEXT")] == ["heard"]
     assert only(peer.received(ONBOARD), "STATUSTEXT") == []
-    peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=True)
-    peer.texts.say(Severity.INFO, "not heard")
-    assert only(peer.run(0.01), "STATUSTEXT") == []
+    peer.run(2.6)
+    peer.texts.say(Severity.INFO, "stale when somebody is back")
+    peer.run(4.0)
+    peer.texts.say(Severity.INFO, "waits")
+    assert only(peer.run(1.5), "STATUSTEXT") == []
+    peer.send(HEARTBEAT_OF_GCS)
+    assert [text.text for text in only(peer.run(1.0), "STATUSTEXT")] == ["waits"]
+
+
+@pytest.mark.parametrize(("interval_s", "silent_s", "heard"), [(1.0, 2.4, True), (1.0, 2.6, False), (8.0, 19.0, True)])
+def test_a_ground_station_whose_clock_is_slower_is_there_longer(
+    interval_s: float, silent_s: float, heard: bool
+) -> None:
+    """2.5 s as PX4 has it, but two and a half intervals of who sends one a second beside a faster simulation."""
+    peer = Peer()
     peer.topics.vehicle_status = VehicleStatus(gcs_connection_lost=False)
-    assert only(peer.run(0.1), "STATUSTEXT") == []
+    for _ in range(3):
+        peer.send(HEARTBEAT_OF_GCS)
+        peer.run(interval_s)
+    peer.send(HEARTBEAT_OF_GCS)
+    peer.run(silent_s)
+    peer.texts.say(Severity.INFO, "heard")
+    assert bool(only(peer.run(0.01), "STATUSTEXT")) is heard
 
 
 def test_what_components_say_goes_into_the_log_and_to_nobody_else() -> None:

@@ -114,7 +114,7 @@ def all_checks() -> tuple[Check, ...]:
         navigator.check,
         logger.check,
         magnetometer.check,
-        manual_control.check,
+        manual_control.ManualControlCheck().check,
         home_position.check,
         mission.check,
         rally_point.check,

@@ -13,11 +13,11 @@ TIMEOUT_US: Final = 1_000_000
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """No sample of both for a second: one of them is silent, or both; the vehicle knows its rates no more.
 
-    Both need a calibration of their own (CAL_ACCn_ID, CAL_GYROn_ID). PX4 calls the gyro present, not the accelerometer.
+    Both need a calibration of their own (CAL_ACCn_ID, CAL_GYROn_ID).
     """
     timestamp = topics.sensor_combined.timestamp
     if timestamp:
-        findings.health_present |= Component.GYRO
+        findings.health_present |= Component.ACCEL | Component.GYRO
     if now_us - timestamp <= TIMEOUT_US:
         if "ACC" not in settings.calibrated:
             accel = (ALL_MODES, Component.ACCEL, Severity.ERROR, "check_accel_not_calibrated", 0)

@@ -7,7 +7,7 @@ failsafe.py.
 from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from sitl_emu.autopilot.commander.component_links import present
+from sitl_emu.autopilot.commander.data_links import present
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.topics import Topics
 

@@ -6,7 +6,7 @@ COM_ARM_TRAFF: 0 none is needed, 1 warning, 2 needed for all modes, 3 needed for
 from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
-from sitl_emu.autopilot.commander.component_links import present
+from sitl_emu.autopilot.commander.data_links import present
 from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.topics import Topics
 

@@ -16,7 +16,7 @@ TRAFFIC_RECEIVERS = (mavlink.MAV_TYPE_ADSB, mavlink.MAV_TYPE_FLARM)
 
 
 class Heartbeat:
-    """Writer of topics.gcs_heartbeats and of `Link.heard_gcs`."""
+    """Writer of topics.gcs_heartbeats; tells a link of its ground station."""
 
     MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT})
     HAS_TIMER = False
@@ -32,7 +32,7 @@ class Heartbeat:
         healthy = message.system_status in HEALTHY
         if kind == mavlink.MAV_TYPE_GCS:
             heartbeats = heartbeats._replace(gcs_us=now_us)
-            link.heard_gcs = True
+            link.hear_gcs(now_us, was_lost=self._topics.vehicle_status.gcs_connection_lost)
         elif message.get_srcSystem() != self._system_id:
             return
         elif kind == mavlink.MAV_TYPE_ONBOARD_CONTROLLER:

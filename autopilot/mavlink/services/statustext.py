@@ -3,27 +3,27 @@
 It is a stream of 20 Hz that sends one text at a time: of many at once, a link loses all but the newest 8. Every text
 of a link has an id of its own, with chunks or without; never 0, which would say that there are no chunks.
 
-As PX4 does, it speaks only on links on which a ground station was heard (a HEARTBEAT of type GCS), and to nobody while
-the connection to ground stations is lost; what is said meanwhile is never sent. PX4 falls silent on a link 2.5 s after
-its last heartbeat; here it does once the connection counts as lost (COM_DL_LOSS_T), which leaves their texts to ground
-stations that send a heartbeat once a second beside a simulation that is faster than that.
+It speaks only on links that a ground station is on (a HEARTBEAT of type GCS, `Link.has_gcs`). What is said meanwhile
+waits: who comes back is told of the last 5 s.
 
 STATUSTEXT of the vehicle's own components goes into the autopilot's log, where their words stand beside its own (PX4:
 MavlinkStatustextHandler, uORB log_message). Ground stations hear the component itself, by forwarding.
 """
 
+from collections import deque
 from typing import Any, ClassVar, Final
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Text, Texts
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.topics import Topics
 from sitl_emu.core import dialect as mavlink
 
 CHUNK: Final = 50
 STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth"})
 QUEUE: Final = 8
 """Texts that wait for a link (uORB mavlink_log)."""
+STALE_US: Final = 5_000_000
+"""What is older is not sent any more."""
 LAST_ID = (1 << 16) - 1
 LONGEST: Final = 126
 """log_message.text is so long."""
@@ -59,13 +59,15 @@ class StatusText:
     MESSAGES: ClassVar[frozenset[int]] = frozenset()
     HAS_TIMER = True
 
-    def __init__(self, links: tuple[Link, ...], topics: Topics, texts: Texts) -> None:
+    def __init__(self, links: tuple[Link, ...], texts: Texts) -> None:
         """Texts said before are not sent."""
-        self._topics = topics
         self._texts = texts
         self._links = tuple(LinkTexts(link, texts.count) for link in links if link.mode in STREAMED_MODES)
         self._settled = texts.count
-        """Everybody has sent what was said up to here."""
+        """Nothing that was said up to here is left to send."""
+        self._seen = texts.count
+        self._said_us = deque[int](maxlen=QUEUE)
+        """When the last texts were said, up to number `_seen`."""
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Never called: nothing is listened to."""
@@ -75,13 +77,15 @@ class StatusText:
         count = self._texts.count
         if count == self._settled:
             return
-        lost = self._topics.vehicle_status.gcs_connection_lost
+        self._said_us.extend(now_us for _ in range(count - self._seen))
+        self._seen = count
+        fresh = count - sum(now_us - said_us < STALE_US for said_us in self._said_us)
         for each in self._links:
-            if lost or not each.link.heard_gcs or each.link.statustext_interval_us <= 0:
+            if each.link.statustext_interval_us <= 0:
                 each.sent = count
-            elif each.sent < count and now_us >= each.due_us:
-                wanted = max(each.sent, count - QUEUE)
-                each.send(now_us, next(text for text in self._texts.recent if text.number >= wanted))
+            each.sent = max(each.sent, fresh)
+            if each.sent < count and now_us >= each.due_us and each.link.has_gcs(now_us):
+                each.send(now_us, next(text for text in self._texts.recent if text.number >= each.sent))
         if all(each.sent == count for each in self._links):
             self._settled = count
 

@@ -44,7 +44,7 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     received = link.messages_received + link.messages_lost
     loss_pct = 100.0 * link.messages_lost / received if received else 0.0
     limit = rates.DATA_RATE_BYTES_PER_S.get(link.mode, DATA_RATE_BYTES_PER_S)
-    if link.heard_gcs:
+    if link.has_gcs(vehicle.now_us):
         yield "\tGCS heartbeat valid\n"
     yield f"\tmavlink chan: #{channel}\n"
     yield "\ttype:\t\tGENERIC LINK OR RADIO\n"
