@@ -30,6 +30,7 @@ from sitl_emu.autopilot.topics import (
     HomePosition,
     LoggerStatus,
     ManualControlSetpoint,
+    ManualControlSwitches,
     MissionResult,
     NavigatorStatus,
     OffboardSetpoint,
@@ -73,6 +74,7 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "arm_permission": ("", None),
     "required_sensors": ("distance_sensor", DistanceSensorSample()),
     "rc_calibration": ("", None),
+    "manual_control": ("manual_control_switches", ManualControlSwitches(kill=1)),
     "navigator": ("navigator_status", NavigatorStatus(READY_US, NavState.AUTO_LOITER, failure=1)),
 }
 """Check -> the topic that makes it forbid arming in every mode."""
@@ -90,13 +92,7 @@ FLAGS: dict[str, tuple[str, str, object, object]] = {
     "home_position": ("home_position_invalid", "home_position", HomePosition(), HomePosition(valid=True)),
     "mode": ("auto_mission_missing", "mission_result", MissionResult(), MissionResult(valid=True)),
     "mission": ("auto_mission_missing", "mission_result", MissionResult(), MissionResult(valid=True)),
-    "manual_control": (
-        "manual_control_signal_lost",
-        "manual_control_setpoint",
-        ManualControlSetpoint(),
-        ManualControlSetpoint(READY_US, True),
-    ),
-    "gcs_connection": ("gcs_connection_lost", "gcs_heartbeats", GcsHeartbeats(), GcsHeartbeats(READY_US)),
+    "rc_and_data_link": ("gcs_connection_lost", "gcs_heartbeats", GcsHeartbeats(), GcsHeartbeats(READY_US)),
     "offboard": (
         "offboard_control_signal_lost",
         "offboard_setpoint",
@@ -163,6 +159,16 @@ def test_forbids_arming(name: str) -> None:
     assert vehicle.topics.health_report.can_arm_mode_flags == 0
     assert not vehicle.topics.health_report.health & PREARM_CHECK
     assert vehicle.take_texts() or name == HAS_NO_TEXT
+
+
+def test_modes_hear_of_sticks_one_run_later() -> None:
+    """PX4's list: the modes' check is before that of sticks (flights of a PX4 v1.18: two rounds of events)."""
+    vehicle = ready()
+    vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
+    for hears in (False, True):
+        check(vehicle)
+        assert not vehicle.topics.failsafe_flags.manual_control_signal_lost
+        assert bool(vehicle.topics.health_report.can_run_mode_flags >> NavState.POSCTL & 1) is hears
 
 
 def test_each_limit_of_the_fence_is_told_by_its_own_text() -> None:

@@ -62,6 +62,7 @@ def test_what_the_filter_complains_of_forbids_the_modes_that_need_it(
     vehicle = ready()
     topics = vehicle.topics
     topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
+    topics.failsafe_flags = topics.failsafe_flags._replace(manual_control_signal_lost=False)  # of the run before
     topics.estimator_status = topics.estimator_status._replace(**status)
     topics.estimator_status_flags = EstimatorStatusFlags(vehicle.now_us, cs_yaw_align=True)._replace(**flags)
     check(vehicle)

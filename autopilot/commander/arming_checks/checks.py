@@ -19,7 +19,6 @@ from sitl_emu.autopilot.commander.arming_checks import (
     estimator,
     failure_detector,
     flight_time,
-    gcs_connection,
     geofence,
     gps,
     home_position,
@@ -34,6 +33,7 @@ from sitl_emu.autopilot.commander.arming_checks import (
     open_drone_id,
     parachute,
     rally_point,
+    rc_and_data_link,
     rc_calibration,
     required_sensors,
     system,
@@ -114,7 +114,7 @@ def all_checks() -> tuple[Check, ...]:
         navigator.check,
         logger.check,
         magnetometer.check,
-        manual_control.ManualControlCheck().check,
+        manual_control.check,
         home_position.check,
         mission.check,
         rally_point.check,
@@ -128,7 +128,7 @@ def all_checks() -> tuple[Check, ...]:
         wind.WindCheck().check,
         geofence.check,
         flight_time.FlightTimeCheck().check,
-        gcs_connection.check,
+        rc_and_data_link.RcAndDataLinkCheck().check,
         traffic_avoidance.check,
         required_sensors.check_receivers,
     )
@@ -166,7 +166,8 @@ class HealthAndArmingChecks:
         for check in self._checks:
             check(now_us, topics, self._settings, findings)
         flags = findings.flags()
-        can_run = runnable_modes(flags)
+        sticks_lost = topics.failsafe_flags.manual_control_signal_lost  # the modes' check is before that of sticks
+        can_run = runnable_modes(flags._replace(manual_control_signal_lost=sticks_lost))
         can_arm = can_run & ~PREVENT_ARMING_MODES & ~findings.arming_forbidden
         nav_state = topics.vehicle_status.nav_state
         present = PRESENT

@@ -56,7 +56,7 @@ LACKS = (
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """Runs after all checks that find out about positions, missions, home and sticks."""
+    """Runs after all checks that find out about positions, missions and home, but before that of the sticks."""
     status = topics.vehicle_status
     if not status.armed and status.nav_state in PREVENT_ARMING:
         event = "check_modes_cannot_takeoff"
@@ -69,7 +69,7 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
             if lack.need is Need.MISSION and settings.com_arm_mis_req:
                 modes = ALL_MODES
             findings.arming_check_failure(modes, lack.component, lack.level, lack.event)
-    if findings.manual_control_signal_lost:
+    if topics.failsafe_flags.manual_control_signal_lost:
         disabled = settings.com_rc_in_mode == STICKS_DISABLED
         modes = MODES_THAT_NEED[Need.MANUAL_CONTROL] if disabled else NO_MODE
         level = Severity.ERROR if disabled else Severity.WARNING
