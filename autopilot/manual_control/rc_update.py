@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import SOURCE_RC, InputRc, ManualControlInput, ManualControlSwitches, Topics
+from sitl_emu.core.c_types import float32, product
 
 CHANNELS = 18
 FEWEST_CHANNELS = 4
@@ -49,9 +50,16 @@ class Channel(NamedTuple):
     reverse: bool
 
     def scaled(self, value: float) -> float:
-        """-1..1; where the trim lies at an end, that is the end of the stick all the same (math::interpolateNXY)."""
+        """-1..1; where the trim lies at an end, that is the end of the stick all the same (math::interpolateNXY).
+
+        A switch in the middle is on or off by a float32's last bit, where its threshold is 0.5.
+        """
         low, high, base = (self.trim, self.maximum, 0.0) if value > self.trim else (self.minimum, self.trim, -1.0)
-        scaled = base if value <= low else base + 1.0 if value > high else base + (value - low) / (high - low)
+        if value <= low or value > high:
+            scaled = base if value <= low else base + 1.0
+        else:
+            slope = float32(1.0 / (high - low))
+            scaled = float32(product(slope, value) + float32(base - product(slope, low)))
         return -scaled if self.reverse else scaled
 
 
@@ -202,7 +210,7 @@ class RcUpdate:
     def _switch(self, channels: list[float], number: int, threshold: float) -> int:
         if number == NOT_MAPPED:
             return NOT_MAPPED
-        value = 0.5 * self._value(channels, number) + 0.5
+        value = float32(0.5 * self._value(channels, number) + 0.5)
         on = value < -threshold if threshold < 0.0 else value > threshold
         return ON if on else OFF
 

@@ -17,8 +17,14 @@ def test_a_channel_is_scaled_on_both_sides_of_its_trim() -> None:
     )
     assert Channel(1100.0, 1500.0, 1900.0, True).scaled(1900) == -1.0
     one_sided = Channel(1000.0, 1000.0, 2000.0, False)
-    assert [one_sided.scaled(value) for value in (900, 1000, 1500, 2000)] == [-1.0, -1.0, 0.5, 1.0]
+    assert [one_sided.scaled(value) for value in (900, 1000, 1500, 2000)] == pytest.approx([-1.0, -1.0, 0.5, 1.0])
     assert Channel(1500.0, 1500.0, 1500.0, False).scaled(2000) == 1.0
+
+
+@pytest.mark.parametrize(("minimum", "maximum", "on"), [(1000.0, 2000.0, True), (1100.0, 1900.0, False)])
+def test_a_switch_in_the_middle_is_on_by_the_last_bit(minimum: float, maximum: float, on: bool) -> None:
+    """Two drawn flights of a PX4 v1.18: kill and arming switches at 1500 us of 1000 to 2000, threshold 0.5, were on."""
+    assert (Channel(minimum, 1500.0, maximum, False).scaled(1500) > 0.0) is on
 
 
 def test_a_receiver_that_is_not_calibrated_gives_no_sticks() -> None:
@@ -34,7 +40,7 @@ def test_channels_are_sticks_by_their_mapping() -> None:
     pilot.channels = [2000, 2000, 1000, 1250]
     pilot.run(0.5)
     assert (pilot.sticks.valid, pilot.sticks.data_source) == (True, SOURCE_RC)
-    assert (pilot.sticks.roll, pilot.sticks.pitch, pilot.sticks.throttle) == (1.0, -1.0, -1.0)
+    assert (pilot.sticks.roll, pilot.sticks.pitch, pilot.sticks.throttle) == pytest.approx((1.0, -1.0, -1.0))
     assert pilot.sticks.yaw == pytest.approx(-0.5, abs=0.02)
 
 
@@ -55,10 +61,13 @@ def test_channels_are_auxiliary_sticks_by_their_mapping() -> None:
 
 
 def test_a_channel_turns_a_parameter() -> None:
-    """PARAM_MAP_RC by RC_MAP_PARAMn, once a second, when the channel has moved; held within its limits."""
+    """PARAM_MAP_RC by RC_MAP_PARAMn, once a second, when the channel has moved; held within its limits.
+
+    In its middle it is a float32's last bits off 0, which is a move.
+    """
     pilot = Pilot(**RC, RC_MAP_PARAM2=5)
     pilot.topics.rc_parameter_map = (RcParameter(), RcParameter("MPC_XY_P", 1.0, 0.5, 0.6, 1.4), RcParameter())
-    for channel, expected in ((1500, 0.95), (1750, 1.25), (2000, 1.4), (1000, 0.6)):
+    for channel, expected in ((1500, 1.0), (1750, 1.25), (2000, 1.4), (1000, 0.6)):
         pilot.channels = [1500, 1500, 1500, 1500, channel]
         pilot.run(1.2)
         assert pilot.parameters["MPC_XY_P"] == pytest.approx(expected)
@@ -71,7 +80,7 @@ def test_a_channel_gives_an_integer_the_bits_of_a_float() -> None:
     """As PX4's param_set, which is handed a float."""
     pilot = Pilot(**RC, RC_MAP_PARAM1=5)
     pilot.topics.rc_parameter_map = (RcParameter("COM_FLTMODE1", 0.0, 1.0, -9.0, 9.0), RcParameter(), RcParameter())
-    pilot.channels = [1500, 1500, 1500, 1500, 2000]
+    pilot.channels = [1500, 1500, 1500, 1500, 2001]
     pilot.run(1.2)
     assert pilot.parameters["COM_FLTMODE1"] == 0x3F800000
 
