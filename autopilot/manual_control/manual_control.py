@@ -32,6 +32,7 @@ MOVING_TIME_CONSTANT_S = 0.05
 """Of the filter on the speed of a stick."""
 FEWEST_MOVES = 3
 """In the same direction, one after the other: what does less is noise."""
+RUNS_EVERY_US = 200_000
 HYSTERESIS_US = 1_000_000
 """How long a gesture or a button is held."""
 FAR, NEAR_CENTRE = 0.9, 0.1
@@ -127,19 +128,25 @@ class ManualControl:
         self._first = SOURCE_UNKNOWN
         self._valid = False
         self._lost_us = NEVER_US
+        self._due_us = 0
+        self._called_by = SOURCE_UNKNOWN
+        """Whose sticks were chosen last: theirs are looked at as soon as they are told."""
         self._speeds = tuple(StickSpeed() for _ in range(4))
         self._arm, self._disarm, self._kill = Held(HYSTERESIS_US), Held(HYSTERESIS_US), Held(HYSTERESIS_US)
         self._button = Held(HYSTERESIS_US)
         self._requests = 0
 
     def update(self, now_us: int) -> None:
-        """At 50 Hz; a few comparisons while nobody holds a stick."""
+        """At 50 Hz; a few comparisons while nobody holds a stick.
+
+        It runs when the sticks that were chosen last are told, when switches are, and 200 ms after it ran last: then
+        others are looked at, too, and what is silent is found to be. Sticks are published each time.
+        """
         topics = self._topics
         rc, mavlink = topics.manual_control_rc, topics.manual_control_mavlink
-        if rc is self._rc and mavlink is self._mavlink and now_us < self._lost_us:
-            if topics.manual_control_switches is not self._switches:
-                self._take_switches(now_us)
+        if now_us < self._due_us and not self._is_called(rc, mavlink, topics.manual_control_switches):
             return
+        self._due_us = now_us + RUNS_EVERY_US
         if self._parameters.version != self._version:
             self._version = self._parameters.version
             self._copy_parameters()
@@ -148,17 +155,25 @@ class ManualControl:
                 self._lost_us = now_us  # COM_RC_IN_MODE wants others now (ManualControlSelector::isInputValid)
         if now_us >= self._lost_us:
             self._lose(now_us)
-        chosen = False
         if rc is not self._rc:
             self._rc = rc
-            chosen = self._choose(now_us, rc)
+            self._choose(now_us, rc)
         if mavlink is not self._mavlink:
             self._mavlink = mavlink
-            chosen = self._choose(now_us, mavlink) or chosen
-        if chosen:
+            self._choose(now_us, mavlink)
+        if self._valid:
+            self._called_by = self._chosen.data_source
             self._publish(now_us)
         if topics.manual_control_switches is not self._switches:
             self._take_switches(now_us)
+
+    def _is_called(self, rc: ManualControlInput, mavlink: ManualControlInput, switches: ManualControlSwitches) -> bool:
+        source = self._called_by
+        return (
+            (rc is not self._rc and source == SOURCE_RC)
+            or (mavlink is not self._mavlink and source == mavlink.data_source)
+            or (switches is not self._switches and source != SOURCE_UNKNOWN)
+        )
 
     def _copy_parameters(self) -> None:
         value = self._parameters
@@ -173,15 +188,14 @@ class ManualControl:
 
     # --- which sticks -----------------------------------------------------------------------------------------
 
-    def _choose(self, now_us: int, sticks: ManualControlInput) -> bool:
+    def _choose(self, now_us: int, sticks: ManualControlInput) -> None:
         """Take these sticks if COM_RC_IN_MODE wants them, and no others are in use."""
-        source = sticks.data_source
-        if not wants(self._mode, source, self._chosen.data_source if self._valid else SOURCE_UNKNOWN, self._first):
-            return False
-        self._chosen, self._valid = sticks, True
+        source, lost_us = sticks.data_source, sticks.timestamp + self._timeout_us
+        chosen = self._chosen.data_source if self._valid else SOURCE_UNKNOWN
+        if now_us >= lost_us or not wants(self._mode, source, chosen, self._first):
+            return
+        self._chosen, self._valid, self._lost_us = sticks, True, lost_us
         self._first = self._first or source
-        self._lost_us = sticks.timestamp + self._timeout_us
-        return True
 
     def _lose(self, now_us: int) -> None:
         self._lost_us, self._valid = NEVER_US, False
@@ -222,10 +236,10 @@ class ManualControl:
         return kills
 
     def _take_switches(self, now_us: int) -> None:
+        switches = self._switches = self._topics.manual_control_switches
         if not self._valid or self._chosen.data_source != SOURCE_RC:
             self._previous = None
             return
-        switches = self._switches = self._topics.manual_control_switches
         before, self._previous = self._previous, switches
         if before is None:
             if not self._topics.vehicle_status.armed:  # in flight the mode stays until the switch is moved

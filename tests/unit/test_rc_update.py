@@ -92,7 +92,7 @@ def test_a_signal_counts_after_a_tenth_of_a_second_and_unmoved_sticks_are_told_s
     pilot.channels = [HIGH, MIDDLE, MIDDLE, MIDDLE]
     pilot.run(0.08)
     assert not pilot.sticks.valid
-    pilot.run(0.12)
+    pilot.run(0.32)  # who holds no sticks is looked at every 200 ms
     assert pilot.sticks.valid
     told = set()
     for _ in range(25):
@@ -102,6 +102,18 @@ def test_a_signal_counts_after_a_tenth_of_a_second_and_unmoved_sticks_are_told_s
     pilot.channels = [LOW, MIDDLE, MIDDLE, MIDDLE]
     pilot.step()
     assert pilot.sticks.roll == -1.0
+
+
+def test_sticks_that_do_not_move_are_told_anew_as_long_as_they_count() -> None:
+    """By each message of theirs that is told (every 0.3 s), and 0.2 s after that (ManualControl::Run)."""
+    pilot = Pilot(**RC)
+    pilot.channels = [MIDDLE] * 4
+    pilot.run(1.0)
+    told = set()
+    for _ in range(100):
+        pilot.step()
+        told.add(pilot.sticks.timestamp)
+    assert 10 <= len(told) <= 15
 
 
 def test_channels_that_stop_are_lost_sticks() -> None:
