@@ -91,5 +91,9 @@ HEARTBEAT_TOLD_US: Final = 2_360_000
 old (MavlinkReceiver::CheckHeartbeats); it publishes what it knows then and once a second (Mavlink::task_main), for the
 last time at 2.36 s: a PX4 v1.18 in real time missed its mission computer 5 s later, 7.35 to 7.39 s after its last
 heartbeat, eleven times."""
+GEAR_DOWN: Final = -1
+GEAR_KEEP: Final = 0
+GEAR_UP: Final = 1
+"""landing_gear."""
 MOST_ROTORS: Final = 12
 """CA_ROTOR_COUNT at most: PX4 has parameters for so many."""

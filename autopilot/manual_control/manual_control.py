@@ -4,21 +4,22 @@ COM_RC_IN_MODE chooses among RC and joysticks (MANUAL_CONTROL of each link): 0 R
 3 both but the first is kept, 4 none, 5 and 7 RC before joysticks, 6 and 8 joysticks before RC; of several joysticks the
 first link goes before the others in 5 and 6, the last one in 7 and 8. Sticks that are silent for COM_RC_LOSS_T are not
 valid any more. Gestures of the left stick arm and disarm (MAN_ARM_GESTURE), both sticks together kill
-(MAN_KILL_GEST_T); RC switches choose modes (COM_FLTMODEn), arm and kill; sticks that move faster than MAN_OVERRIDE_SPD
-take over.
+(MAN_KILL_GEST_T); RC switches choose modes (COM_FLTMODEn), arm, kill and move the landing gear; sticks that move faster
+than MAN_OVERRIDE_SPD take over.
 
-Left out: landing gear, VTOL, camera and payload switches.
+Left out: VTOL, camera and payload switches.
 """
 
 import math
 
-from sitl_emu.autopilot.constants import NavState, RequestedAction
+from sitl_emu.autopilot.constants import GEAR_DOWN, GEAR_UP, NavState, RequestedAction
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     SOURCE_RC,
     SOURCE_UNKNOWN,
     ActionRequest,
+    LandingGear,
     ManualControlInput,
     ManualControlSetpoint,
     ManualControlSwitches,
@@ -269,6 +270,8 @@ class ManualControl:
             self._request(now_us, action, RC_SWITCH)
         if switches.terminate != before.terminate and switches.terminate == ON:
             self._request(now_us, RequestedAction.TERMINATION, RC_SWITCH)
+        if switches.gear != before.gear and before.gear in (ON, OFF) and switches.gear in (ON, OFF):
+            self._topics.landing_gear = LandingGear(now_us, GEAR_UP if switches.gear == ON else GEAR_DOWN)
 
     def _choose_mode(self, now_us: int, slot: int) -> None:
         mode = MODE_OF_SLOT_VALUE.get(self._slots[slot - 1]) if slot else None

@@ -156,6 +156,7 @@ class RcUpdate:
         self._switches = (
             *((int(value[name]), float(value[threshold])) for name, threshold in switches),
             (int(value["RC_MAP_TERM_SW"]), TERMINATION_THRESHOLD),
+            (int(value["RC_MAP_GEAR_SW"]), float(value["RC_GEAR_TH"])),
         )
         self._knob_channels = tuple(int(value[f"RC_MAP_PARAM{n}"]) for n in (1, 2, 3))
         self._mode_channel = int(value["RC_MAP_FLTMODE"])

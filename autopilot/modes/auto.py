@@ -9,12 +9,9 @@ MPC_AUTO_NUDGING lets them (`nudging.py`). It avoids no obstacles.
 import math
 from typing import Final
 
-from sitl_emu.autopilot.constants import SetpointType, TakeoffState
+from sitl_emu.autopilot.constants import GEAR_DOWN, GEAR_KEEP, GEAR_UP, SetpointType, TakeoffState
 from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.modes.flight_task import (
-    GEAR_DOWN,
-    GEAR_KEEP,
-    GEAR_UP,
     GEAR_UP_ABOVE_M,
     Setpoint,
     distance_to_ground_m,

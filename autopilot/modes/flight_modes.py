@@ -8,13 +8,13 @@ and termination publish no setpoint. OFFBOARD is a task here alone: what others 
 import math
 from typing import Final
 
-from sitl_emu.autopilot.constants import NavState, TakeoffState
+from sitl_emu.autopilot.constants import GEAR_DOWN, GEAR_KEEP, NavState, TakeoffState
 from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, Task
 from sitl_emu.autopilot.modes.altitude_cruise import AltitudeCruise
 from sitl_emu.autopilot.modes.auto import Auto
 from sitl_emu.autopilot.modes.descend import Descend
-from sitl_emu.autopilot.modes.flight_task import GEAR_DOWN, GEAR_KEEP, FlightTask
+from sitl_emu.autopilot.modes.flight_task import FlightTask
 from sitl_emu.autopilot.modes.follow_target import FollowTargetTask
 from sitl_emu.autopilot.modes.manual_altitude import ManualAltitude
 from sitl_emu.autopilot.modes.manual_direct import DirectAltitude, DirectPosition

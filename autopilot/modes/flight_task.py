@@ -15,10 +15,6 @@ from sitl_emu.autopilot.topics import (
     VehicleLocalPosition,
 )
 
-GEAR_DOWN: Final = -1
-GEAR_KEEP: Final = 0
-GEAR_UP: Final = 1
-"""landing_gear."""
 GEAR_UP_ABOVE_M: Final = 2.0
 LEAST_RISE_M: Final = 0.2
 HAGL_MARGIN_M: Final = 0.05

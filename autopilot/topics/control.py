@@ -19,7 +19,7 @@ class TrajectorySetpoint(NamedTuple):
 
 
 class LandingGear(NamedTuple):
-    """Writer: the flight mode. 1 up, -1 down, 0 as it is; told when a mode begins to ask for another."""
+    """Writers: the flight mode, when it begins to ask for another, and a switch. 1 up, -1 down, 0 as it is."""
 
     timestamp: int = 0
     landing_gear: int = 0

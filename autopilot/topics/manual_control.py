@@ -53,6 +53,7 @@ class ManualControlSwitches(NamedTuple):
     offboard: int = 0
     kill: int = 0
     terminate: int = 0
+    gear: int = 0
 
 
 class ActionRequest(NamedTuple):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.constants import GEAR_DOWN, GEAR_UP, NavState, Severity
 from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.manual_control.manual_control import wants
 from sitl_emu.autopilot.topics import SOURCE_MAVLINK_0, SOURCE_RC
@@ -276,6 +276,19 @@ def test_who_stays_killed_is_disarmed_and_does_not_arm() -> None:
     assert not pilot.armed
     assert pilot.arm() == 1
     assert {"Preflight Fail: Kill switch engaged", "Preflight Fail: Flight termination active"} <= set(pilot.said)
+
+
+def test_a_gear_switch_moves_the_gear_and_forbids_arming_while_it_is_up() -> None:
+    pilot = Pilot(**RC, **SWITCHES, RC_MAP_GEAR_SW=9)
+    pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW, LOW]
+    pilot.run(3.0)
+    assert pilot.topics.landing_gear.landing_gear != GEAR_UP
+    for position, asked in ((HIGH, GEAR_UP), (LOW, GEAR_DOWN)):
+        pilot.channels[8] = position
+        pilot.run(2.5)
+        assert pilot.topics.landing_gear.landing_gear == asked
+        assert (pilot.arm() == 0) is (asked == GEAR_DOWN)
+    assert "Preflight Fail: Landing gear switch set in UP position" in pilot.said
 
 
 def test_a_kill_looks_like_a_terminated_flight_and_is_critical_in_the_air_alone() -> None:

@@ -13,6 +13,7 @@ SWITCH_POS_ON: Final = 1
 TOLD = (
     ("return_to_launch", "check_man_control_rtl_engaged", "Preflight Fail: RTL switch engaged"),
     ("kill", "check_man_control_kill_engaged", "Preflight Fail: Kill switch engaged"),
+    ("gear", "check_man_control_landing_gear_up", "Preflight Fail: Landing gear switch set in UP position"),
 )
 """Switch, event and text."""
 

@@ -53,7 +53,9 @@ manual_control_switches = by_name(
         "loiter_switch": "loiter",
         "offboard_switch": "offboard",
         "kill_switch": "kill",
-        **zeros("switch_changes", "termination_switch", "gear_switch", "transition_switch", "photo_switch"),
+        "termination_switch": "terminate",
+        "gear_switch": "gear",
+        **zeros("switch_changes", "transition_switch", "photo_switch"),
         **zeros("video_switch", "engage_main_motor_switch", "payload_power_switch"),
     },
 )
