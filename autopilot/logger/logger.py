@@ -38,6 +38,7 @@ MAVLINK: Final = 2
 """SDLOG_BACKEND."""
 STOP_DELAY_US: Final = 1_000_000
 """A log goes on for so long after disarming."""
+STATUS_EVERY_US: Final = 1_000_000
 SYNC_US: Final = 500_000
 """A sync mark so often; with it goes the buffer to the file."""
 STREAM_US: Final = 100_000
@@ -121,7 +122,7 @@ class Logger:
             self._now_us = now_us
             self._said.hear(now_us)
             self._begin_or_end(now_us)
-            if self.file is not None:
+            if self.file is not None and now_us - self._topics.logger_status.timestamp >= STATUS_EVERY_US:
                 self._topics.logger_status = LoggerStatus(now_us, True)
             if self.file is not None or self.stream is not None:
                 self._look(now_us)

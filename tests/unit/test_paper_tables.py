@@ -1,15 +1,17 @@
 """The disaster-response paper's tables: what is flown for them, and how what came of it is told."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from sitl_emu.run.campaign import campaign as campaigns
 from sitl_emu.run.campaign.arms import arms_of, variation
 from sitl_emu.run.scenario import find
 from tools.disaster import detector_table
-from tools.disaster.paper_tables import FAULTS, LOST, ROWS, TABLES, faults_of, is_safe, summaries_in, table_of
+from tools.disaster.paper_tables import FAULTS, LOST, ROWS, TABLES, faults_of, is_safe, main, summaries_in, table_of
 
 
 def summary(**other: Any) -> dict[str, Any]:
@@ -100,3 +102,19 @@ def test_results_are_those_of_the_campaigns_own_arms(tmp_path: Path) -> None:
         path.write_text(json.dumps({"arm": arm, "seed": seed, "summary": what}))
     assert {name: len(those) for name, those in summaries_in(tmp_path).items()} == {"b": 0, "a": 1}
     assert list(summaries_in(tmp_path)) == ["b", "a"]
+
+
+def test_ctrl_c_ends_all_tables_and_not_one_campaign_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flown = list[str]()
+
+    def stopped(wanted: campaigns.Wanted, console: object) -> int:
+        flown.append(wanted.scenario)
+        assert wanted.out is not None
+        wanted.out.mkdir(parents=True)
+        (wanted.out / "campaign.json").write_text('{"arms": {}}')
+        return campaigns.EXIT_STOPPED
+
+    monkeypatch.setattr(campaigns, "campaign", stopped)
+    monkeypatch.setattr(sys, "argv", ["paper_tables", "--only", "4", "wind", "--out", str(tmp_path / "out")])
+    assert main() == campaigns.EXIT_STOPPED
+    assert flown == ["disaster"]

@@ -298,9 +298,11 @@ def main() -> int:
             folder = given.out / name / scenario
             wanted = Wanted(scenario, runs, table.vary, workers=given.workers, out=folder, keep="failed")
             try:
-                status |= campaigns.campaign(wanted, console)
+                status = max(status, campaigns.campaign(wanted, console))
             except Trouble as error:
                 sys.exit(f"paper_tables: {error}")
+            if status == campaigns.EXIT_STOPPED:
+                return status
             arms |= summaries_in(folder)
         if name == "faults":
             made += [table_of(table, {"ours": [one for those in arms.values() for one in those]}), faults_of(arms)]

@@ -30,7 +30,9 @@ from sitl_emu.run.scenario import Scenario, find
 from sitl_emu.run.trouble import Trouble
 
 NEEDED = {"scipy": "intervals", "arro3.io": "Parquet"}
-EXIT_WHOLE, EXIT_PART = 0, 1
+EXIT_WHOLE, EXIT_PART, EXIT_STOPPED = 0, 1, 130
+"""130 as shells have it for Ctrl-C."""
+STOPPED = "stopped; the same command goes on"
 LOOK_S = 0.5
 """How often Ctrl-C is looked for."""
 
@@ -56,7 +58,7 @@ class Stopped(Exception):
 
 
 def campaign(wanted: Wanted, console: Console) -> int:
-    """Fly it; 0 when all runs are there, however they ended. Raises Trouble."""
+    """Fly it; 0 when all runs are there, however they ended, 130 when it was stopped. Raises Trouble."""
     _expect_extras()
     path = find(wanted.scenario)
     arms = arms_of(path, [variation(text) for text in wanted.vary])
@@ -75,6 +77,8 @@ def campaign(wanted: Wanted, console: Console) -> int:
         missing = _flown(jobs, wanted, kept, console, len(wanted_runs)) if jobs else []
         there = [result for arm, one in wanted_runs if (result := kept.kept(arm.name, one)) is not None]
         _conclude(kept, identity.name, arms, there, len(wanted_runs), missing, console)
+    if STOPPED in missing:
+        return EXIT_STOPPED
     return EXIT_WHOLE if len(there) == len(wanted_runs) else EXIT_PART
 
 
@@ -117,7 +121,7 @@ def _flown(jobs: Sequence[Job], wanted: Wanted, kept: Store, console: Console, p
         finally:
             view.close()
     if stopped.is_set():
-        missing.append("stopped; the same command goes on")
+        missing.append(STOPPED)
     return missing
 
 
