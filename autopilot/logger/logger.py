@@ -161,8 +161,9 @@ class Logger:
                 if self._stop_us:
                     self._end_file()
                 self._begin_file(now_us)
-            else:
-                self._stop_us = now_us + STOP_DELAY_US
+            else:  # PX4 measures its load for a second from a beginning or an end on, one at a time, and then ends
+                measured_us = self._started_us + STOP_DELAY_US
+                self._stop_us = measured_us if now_us < measured_us else now_us + STOP_DELAY_US
         if self._stop_us and now_us >= self._stop_us:
             self._end_file()
 

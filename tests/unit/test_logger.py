@@ -34,6 +34,19 @@ def test_mode_0_logs_from_arming_until_a_second_after_disarming(tmp_path: Path) 
     assert rig.said() == ["[logger] ./log/2026-01-01/00_00_10.ulg\t"]
 
 
+def test_who_is_disarmed_at_once_is_logged_for_a_second_from_arming_on(tmp_path: Path) -> None:
+    """Logger::initialize_load_output: what was begun at the start ends, and the file with it."""
+    rig = Rig(tmp_path)
+    rig.run(0.5)
+    rig.arm()
+    rig.run(0.4)
+    rig.arm(False)
+    rig.run(0.5)
+    assert rig.logger.file is not None
+    rig.run(0.2)
+    assert rig.logger.file is None
+
+
 def test_mode_1_logs_from_boot_to_the_first_disarming_and_then_each_flight(tmp_path: Path) -> None:
     rig = Rig(tmp_path, SDLOG_MODE=1)
     rig.run(3.0)
