@@ -20,6 +20,8 @@ BATTERY_EVERY_US: Final = 10_000
 """How often PX4's simulated battery is published (BatterySimulator.hpp). A simulator measures ours less often, and what
 it measured last is said again, so that who asks gets an answer as often."""
 NEVER_US: Final = 1 << 62
+RECOGNIZED_V: Final = 2.1
+"""With less nothing is connected (Battery::updateBatteryStatus), such as a battery of no cells."""
 UNKNOWN_CURRENT_A: Final = -1.0
 """How PX4's battery says that it has no current sensor."""
 GREATEST_SCALE: Final = 1.3
@@ -78,7 +80,7 @@ class Battery:
             estimator.update(voltage_v, told_a, dt_s)
         self._topics.battery_status = BatteryStatus(
             now_us,
-            True,
+            voltage_v >= RECOGNIZED_V,
             voltage_v,
             current_a,
             charge,

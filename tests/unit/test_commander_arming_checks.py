@@ -74,12 +74,14 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "arm_permission": ("", None),
     "required_sensors": ("distance_sensor", DistanceSensorSample()),
     "rc_calibration": ("", None),
+    "power": ("", None),
     "manual_control": ("manual_control_switches", ManualControlSwitches(kill=1)),
     "navigator": ("navigator_status", NavigatorStatus(READY_US, NavState.AUTO_LOITER, failure=1)),
 }
 """Check -> the topic that makes it forbid arming in every mode."""
 WANTS = {
     "parachute": ("COM_PARACHUTE", 2),
+    "power": ("COM_POWER_COUNT", 2),
     "open_drone_id": ("COM_ARM_ODID", 2),
     "traffic_avoidance": ("COM_ARM_TRAFF", 2),
     "arm_permission": ("COM_ARMABLE", 0),

@@ -127,6 +127,15 @@ def test_without_a_current_sensor_the_average_current_fades_away() -> None:
     assert average[-1] == pytest.approx(15.0 * math.exp(-320.0 / 50.0), rel=0.05)
 
 
+@pytest.mark.parametrize(("voltage_mv", "connected"), [(0, False), (2_000, False), (2_200, True)])
+def test_a_battery_without_voltage_is_not_connected(voltage_mv: int, connected: bool) -> None:
+    """Such as one of no cells (BAT1_N_CELLS 0)."""
+    reader, topics = sensors(BAT1_N_CELLS=0)
+    for _ in range(3):
+        reader.update([SimulatedBattery(voltage_mv, -1, 100), IMU])
+    assert topics.battery_status.connected is connected
+
+
 def test_a_battery_that_another_source_tells_of_is_not_ours() -> None:
     reader, topics = sensors(BAT1_N_CELLS=4, BAT1_SOURCE=1)
     reader.update([SimulatedBattery(16200, -1, 100), IMU])

@@ -32,6 +32,7 @@ from sitl_emu.autopilot.commander.arming_checks import (
     offboard,
     open_drone_id,
     parachute,
+    power,
     rally_point,
     rc_and_data_link,
     rc_calibration,
@@ -73,13 +74,21 @@ State = tuple[tuple[int, ...], tuple[int, ...], list[tuple[str, int]]]
 REPORT_INTERVAL_US: Final = 2_000_000
 RC_CHANNELS: Final = 18
 """input_rc_s::RC_INPUT_MAX_CHANNELS."""
-PRESENT: Final = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL | BATTERY
+PRESENT: Final = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL
 """Of every vehicle; MOTOR_OUTPUTS are healthy also where they are not present."""
-WHILE_FOUND = ((Component.GPS, GPS), (Component.LOGGING, LOGGING))
-"""Sensors that come and go: a GPS while the estimator uses it, the logger while it writes."""
+WHILE_FOUND = ((Component.GPS, GPS), (Component.LOGGING, LOGGING), (Component.BATTERY, BATTERY))
+"""What comes and goes: a GPS while the estimator uses it, the logger while it writes, a battery that is connected."""
 DIFFERENTIAL_PRESSURE: Final = 0x10
 HEALTHY: Final = (
-    PRESENT | GPS | DIFFERENTIAL_PRESSURE | ATTITUDE_STABILIZATION | MOTOR_OUTPUTS | AHRS | RC_RECEIVER | LOGGING
+    PRESENT
+    | BATTERY
+    | GPS
+    | DIFFERENTIAL_PRESSURE
+    | ATTITUDE_STABILIZATION
+    | MOTOR_OUTPUTS
+    | AHRS
+    | RC_RECEIVER
+    | LOGGING
 )
 """What is healthy until a check finds fault with it, also where it is not present."""
 BLAMED = (
@@ -122,6 +131,7 @@ def all_checks() -> tuple[Check, ...]:
         mode.check,
         open_drone_id.check,
         parachute.check,
+        power.check,
         rc_calibration.check,
         system.check,
         battery.check,
@@ -254,6 +264,7 @@ def settings_of(parameters: Parameters) -> Settings:
         com_arm_odid=int(parameters["COM_ARM_ODID"]),
         com_arm_traff=int(parameters["COM_ARM_TRAFF"]),
         com_parachute=int(parameters["COM_PARACHUTE"]),
+        com_power_count=int(parameters["COM_POWER_COUNT"]),
         calibrated=frozenset(sensor for sensor in ("ACC", "GYRO", "MAG") if is_calibrated(parameters, sensor)),
         mag_enabled=priority(parameters, "MAG") > 0,
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),

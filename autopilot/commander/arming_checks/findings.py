@@ -98,6 +98,7 @@ class Settings(NamedTuple):
     com_arm_odid: int
     com_arm_traff: int
     com_parachute: int
+    com_power_count: int
     calibrated: frozenset[str]
     """Sensors with a calibration of their own: ACC, GYRO, MAG."""
     mag_enabled: bool

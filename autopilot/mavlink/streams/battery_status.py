@@ -29,8 +29,8 @@ FUNCTION_ALL: Final = 1
 def since(context: Context, told: tuple[int, ...] | int) -> tuple[tuple[int, ...], list[Fields]]:
     """Every battery that has said something since then: one that falls silent is not told any more."""
     those = (context.topics.battery_status, context.topics.battery_status_outside)
-    stamps = tuple(battery.timestamp if battery.connected else 0 for battery in those)
-    return stamps, [_message(those[number]) for number in new_ones(stamps, told) if those[number].connected]
+    stamps = tuple(battery.timestamp for battery in those)
+    return stamps, [_message(those[number]) for number in new_ones(stamps, told) if stamps[number]]
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
@@ -47,6 +47,10 @@ def current_ca(current_a: float) -> int:
 
 def _message(battery: BatteryStatus) -> Fields:
     """mV, cA, mAh, percent, 0.01 degC; fractions are cut off, but for the charge."""
+    which = (battery.id - 1 & UNKNOWN_ID, FUNCTION_ALL, LIPO)
+    tail = (CHARGE_STATE[battery.warning], *(0,) * 6)
+    if not battery.connected:
+        return (-1, -1, UNKNOWN_TEMPERATURE, *(UNKNOWN_CELL,) * CELLS, -1, *which, -1, UNSUPPORTED, *tail)
     temperature_c, left = battery.temperature_c, battery.time_remaining_s
     temperature = truncated(product(temperature_c, 100.0)) if math.isfinite(temperature_c) else UNKNOWN_TEMPERATURE
     return (
@@ -55,18 +59,10 @@ def _message(battery: BatteryStatus) -> Fields:
         temperature,
         *_cells(battery),
         current_ca(battery.current_a),
-        battery.id - 1 & UNKNOWN_ID,
-        FUNCTION_ALL,
-        LIPO,
+        *which,
         truncated(product(battery.remaining, 100.0) + 0.5) if battery.remaining != UNKNOWN else -1,
         max(truncated(left), 1) if math.isfinite(left) else UNSUPPORTED,
-        CHARGE_STATE[battery.warning],
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
+        *tail,
     )
 
 
