@@ -43,7 +43,9 @@ failsafe, or up to 2 s before (HealthAndArmingChecks)."""
 UNKNOWN = "cause unknown"
 TERMINATE, TERMINATION = 10, 10 << 16
 """failsafe_action_t, and the custom mode of a vehicle that was asked to terminate its flight."""
-CRITICAL, FLIGHT_TERMINATION = mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_FLIGHT_TERMINATION
+CRITICAL = mavlink.MAV_STATE_CRITICAL
+RESTARTED = frozenset({mavlink.MAV_STATE_UNINIT, mavlink.MAV_STATE_BOOT, mavlink.MAV_STATE_STANDBY})
+"""What a terminated autopilot, armed or not, is only after a reboot."""
 
 
 class FailsafeWatch:
@@ -89,6 +91,7 @@ class FailsafeWatch:
         if (msg.get_srcSystem(), msg.get_srcComponent()) != self._source:
             return []
         if msg.get_type() == "HEARTBEAT":
+            self.terminated &= msg.system_status not in RESTARTED
             acts = msg.system_status == CRITICAL or self.terminated
             if self.active and not acts:
                 self._entered, self._cause = None, ""

@@ -9,7 +9,8 @@ which point of an area is located and where the parcel goes, `aborts.py` when th
 mode is the companion's again; the mission ends when the vehicle is disarmed, with which of the two it was as outcome.
 
 Options: `area` (needed; a polygon in degrees with holes, in a simulated run also `world` or metres, `plans.py`),
-`scan_altitude_m`, `release_height_m`, `ground_sigma_m`, `overlap`, `margin_m` (of lines from the area's edge),
+`scan_altitude_m`, `scan_speed_m_s`, `release_height_m`, `ground_sigma_m`, `overlap`, `margin_m` (of lines from the
+area's edge),
 `fence_margin_m` (the geofence's, around area and home), `location` (`rays`, `equations`), `altitude` (`fixed`,
 `terrain`), `terrain_map` (a GeoTIFF to write), `parcel` (`yes`, `no`), `parcel_mass_kg`, `parcel_drag_m2`,
 `parcel_half_height_m`, `ready_timeout_s`, `calibration`, `confirmations`, `confirm_score`, and of

@@ -11,7 +11,7 @@ from tests.unit.companion_px4 import on_the_wire
 
 SYSTEM = 1
 MISSION, RETURN, POSITION, TERMINATION = 4 << 16 | 4 << 24, 4 << 16 | 5 << 24, 3 << 16, 10 << 16
-ACTIVE, CRITICAL, FLIGHT_TERMINATION = 4, 5, 8
+STANDBY, ACTIVE, CRITICAL, FLIGHT_TERMINATION = 3, 4, 5, 8
 RTL, TERMINATE = 6, 10
 ENTER, ENTER_HOLD, GENERIC, LOW_BATTERY_WARNING = 26528394, 30481910, 31382480, 28993875
 OUTSIDE_FENCE, OFFBOARD_LOST = 16920235, 28241790
@@ -122,6 +122,8 @@ def test_a_terminated_vehicle_was_so_by_a_failsafe_if_nobody_asked_for_it(asked_
     told = event(1, GENERIC, struct.pack("<IB", asked_for, TERMINATE))
     watch = heard(told, heartbeat(asked_for, FLIGHT_TERMINATION))
     assert (watch.active, watch.terminated) == (failsafe, failsafe)
+    watch.on_message(0, heartbeat(MISSION, STANDBY))
+    assert (watch.active, watch.terminated) == (False, False), "a reboot ends it"
 
 
 def test_who_is_killed_by_a_pilot_was_terminated_by_no_failsafe() -> None:

@@ -53,10 +53,6 @@ class Wanted(NamedTuple):
     keep: Keep = "all"
 
 
-class Stopped(Exception):
-    """Ctrl-C or SIGTERM."""
-
-
 def campaign(wanted: Wanted, console: Console) -> int:
     """Fly it; 0 when all runs are there, however they ended, 130 when it was stopped. Raises Trouble."""
     _expect_extras()
@@ -127,12 +123,12 @@ def _flown(jobs: Sequence[Job], wanted: Wanted, kept: Store, console: Console, p
 
 def _collected(jobs: Sequence[Job], pool: Pool, kept: Store, view: CampaignView, stopped: threading.Event) -> list[str]:
     """Keep results as they come; a line for each run that has none, but for those that a stop has kept from it."""
-    missing = list[str]()
+    missing, refused = list[str](), False
     waiting = {pool.submit(job): job for job in jobs}
     try:
         while waiting:
             wait(waiting, return_when=FIRST_COMPLETED, timeout=LOOK_S)
-            if stopped.is_set():
+            if stopped.is_set() or refused:
                 pool.stop()
             for future in [one for one in waiting if one.done()]:  # `wait` does not know those that a stop cancels
                 result = _result_of(future, waiting.pop(future))
@@ -140,8 +136,8 @@ def _collected(jobs: Sequence[Job], pool: Pool, kept: Store, view: CampaignView,
                     kept.keep(result)
                 if not result.stopped:
                     view.ended(result)
-                if result.refused and not stopped.is_set():
-                    stopped.set()
+                if result.refused and not refused:
+                    refused = True
                     missing.append(f"{result.arm}, seed {result.seed}: {result.refused}")
                 elif result.accident:
                     missing.append(f"{result.arm}, seed {result.seed}, tried {result.tries} times: {result.accident}")
