@@ -22,6 +22,8 @@ class Need(IntFlag):
     ATTITUDE = auto()
     LOCAL_ALT = auto()
     LOCAL_POSITION = auto()
+    LOCAL_POSITION_TO_TAKE_OFF = auto()
+    """As LOCAL_POSITION, of what flies."""
     LOCAL_POSITION_RELAXED = auto()
     """However inexact."""
     GLOBAL_POSITION = auto()
@@ -328,7 +330,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         standard_mode=mavlink.MAV_STANDARD_MODE_TAKEOFF,
         slot=10,
         shell_name="auto:takeoff",
-        needs=_NEEDS_POSITION,
+        needs=_NEEDS_ALTITUDE | Need.LOCAL_POSITION_TO_TAKE_OFF,
         control=POSITION_TRIPLET,
         task=Task.AUTO,
         link_loss_exception=LinkLossException.AUTO_MODES,

@@ -36,8 +36,6 @@ class Traits:
     """The simulated outputs speak only while motors may move (PWMSim::updateOutputs)."""
 
     # --- commander
-    motor_outputs_present: bool
-    """SYS_STATUS and the health report count the motors as present."""
     disarms_in_motion: bool
     """It may be disarmed wherever it is (Commander::disarm, is_ground_vehicle)."""
     arms_with_centred_throttle: bool
@@ -97,7 +95,6 @@ class VehicleKind(Enum):
         land_detector="multicopter",
         odid_ua_type=mavlink.MAV_ODID_UA_TYPE_HELICOPTER_OR_MULTIROTOR,
         outputs_only_when_armed=False,
-        motor_outputs_present=True,
         disarms_in_motion=False,
         arms_with_centred_throttle=False,
         manual_controls_attitude=True,
@@ -120,7 +117,6 @@ class VehicleKind(Enum):
         land_detector="rover",
         odid_ua_type=mavlink.MAV_ODID_UA_TYPE_GROUND_OBSTACLE,
         outputs_only_when_armed=True,
-        motor_outputs_present=False,
         disarms_in_motion=True,
         arms_with_centred_throttle=True,
         manual_controls_attitude=False,

@@ -97,7 +97,7 @@ class Commander:
         self._arming = Arming(
             topics, parameters, self._checks, self._intention, say, kind.traits, authorization=self._authorization
         )
-        self._failsafe = Failsafe(parameters, self._on_failsafe, self._on_takeover)
+        self._failsafe = Failsafe(parameters, self._on_failsafe, self._on_takeover, flies=kind.traits.flies)
         self._auto_disarm = AutoDisarm()
         self._throw_launch = ThrowLaunch(topics, parameters, send_event)
         self.calibration = CalibrationWorker(topics, parameters, say)

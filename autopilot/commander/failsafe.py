@@ -4,7 +4,7 @@ A rule names a condition, the action that a parameter asks for, and when the act
 selects among them. A mode that can no longer be flown is left at once; if that would be to a mode of sticks and these
 are lost, NAV_RCL_ACT says what follows.
 
-Left out: VTOL, motor failures.
+Left out: VTOL.
 """
 
 from collections.abc import Callable
@@ -51,6 +51,7 @@ COM_WIND_MAX_ACT = GF_ACTION
 COM_POS_LOW_ACT = {0: Action.NONE, 2: Action.HOLD, 3: Action.RTL, 4: Action.TERMINATE, 5: Action.LAND}
 """It ends when the position is better, and only a mode takes over from it."""
 COM_GNSSLOSS_ACT = {1: RTL, 2: LAND, 3: TERMINATE}
+COM_ACT_FAIL_ACT = {1: Option(Action.HOLD), 2: LAND, 3: RTL, 4: TERMINATE}
 COM_FLTT_LOW_ACT = {1: WARN, 3: RTL}
 OFFBOARD_LOSS_ACT = {
     1: Action.FALLBACK_ALTCTL,
@@ -93,7 +94,10 @@ class Failsafe:
         parameters: Parameters,
         notice: Callable[[Notice], None],
         told_takeover: Callable[[], None] = lambda: None,
+        *,
+        flies: bool = True,
     ) -> None:
+        self._flies = flies
         self._parameters = parameters
         self._version = parameters.version
         self._framework = FailsafeFramework(parameters, notice, told_takeover)
@@ -161,7 +165,7 @@ class Failsafe:
         self._judged = judged
         user_mode_changed = mode_changes != self._mode_changes
         self._mode_changes = mode_changes
-        can_run = runnable_modes(flags, ELSEWHERE)
+        can_run = runnable_modes(flags, ELSEWHERE, flies=self._flies)
         situation = Situation(
             armed,
             user_mode,
@@ -207,6 +211,7 @@ class Failsafe:
                 flags.battery_low_remaining_time,
                 COM_FLTT_LOW_ACT.get(int(parameters["COM_FLTT_LOW_ACT"]), NOTHING),
             ),
+            ("fd_esc_arming_failure", flags.fd_esc_arming_failure and spins_up, Option(Action.DISARM)),
             ("battery_unhealthy", flags.battery_unhealthy, Option(Action.DISARM) if spins_up else WARN),
             ("parachute", flags.parachute_unhealthy, COM_PARACHUTE.get(int(parameters["COM_PARACHUTE"]), NOTHING)),
             ("remote_id", flags.remote_id_unhealthy and armed and remote_id is not NOTHING, remote_id),
@@ -214,6 +219,11 @@ class Failsafe:
             ("fd_critical_failure", flags.fd_critical_failure, self._on_critical_failure(now_us)),
             ("fd_alt_loss", flags.fd_alt_loss, self._on_critical_failure(now_us)),
             ("fd_imbalanced_prop", flags.fd_imbalanced_prop, WARN),
+            (
+                "fd_motor_failure",
+                flags.fd_motor_failure,
+                COM_ACT_FAIL_ACT.get(int(parameters["COM_ACT_FAIL_ACT"]), WARN),
+            ),
             ("gnss_lost", flags.gnss_lost, COM_GNSSLOSS_ACT.get(int(parameters["COM_GNSSLOSS_ACT"]), WARN)),
             ("mode_fallback", fallback is not Action.NONE, Option(fallback, takeover=Takeover.ALWAYS)),
         ]

@@ -6,7 +6,7 @@ And which motors an injected failure has stopped: the allocator learns it by thi
 PX4's FailureDetector and FailureInjector (src/modules/commander/failure_detector, v1.18). It looks in every mode that
 controls attitude, on the ground as in the air. What follows is in arming_checks/failure_detector.py and failsafe.py.
 
-Left out: an external trigger (FD_EXT_ATS_EN), speed controllers.
+Left out: an external trigger (FD_EXT_ATS_EN).
 """
 
 import math
@@ -63,8 +63,17 @@ class FailureDetector:
         found = (fd_roll, fd_pitch, fd_alt, imbalanced)
         if found != status[1:5] or now_us - self._told_us >= STATUS_EVERY_US:
             self._told_us = now_us
-            stopped = _stopped_motors(topics.failure_injection)
-            topics.failure_detector_status = FailureDetectorStatus(now_us, *found, self._imbalance, stopped)
+            flags = topics.failsafe_flags
+            motors_failed = topics.esc_status.online_flags if flags.fd_motor_failure else 0
+            topics.failure_detector_status = FailureDetectorStatus(
+                now_us,
+                *found,
+                self._imbalance,
+                flags.fd_esc_arming_failure or flags.fd_motor_failure,
+                flags.fd_motor_failure,
+                motors_failed,
+                _stopped_motors(topics.failure_injection),
+            )
 
     def _sinks(self, *, watches: bool) -> bool:
         """It has lost more height than it may, below a setpoint that controls its height."""

@@ -19,7 +19,6 @@ FIELDS: dict[Need, str] = {
     Need.ANGULAR_VELOCITY: "mode_req_angular_velocity",
     Need.ATTITUDE: "mode_req_attitude",
     Need.LOCAL_ALT: "mode_req_local_alt",
-    Need.LOCAL_POSITION: "mode_req_local_position",
     Need.LOCAL_POSITION_RELAXED: "mode_req_local_position_relaxed",
     Need.GLOBAL_POSITION: "mode_req_global_position",
     Need.HOME_POSITION: "mode_req_home_position",
@@ -29,7 +28,7 @@ FIELDS: dict[Need, str] = {
     Need.WIND_AND_FLIGHT_TIME: "mode_req_wind_and_flight_time_compliance",
     Need.OTHER: "mode_req_other",
 }
-"""Names in failsafe_flags."""
+"""Names in failsafe_flags; that of LOCAL_POSITION is written with each record."""
 NOTHING = Need(0)
 
 
@@ -43,7 +42,13 @@ def requirement_masks() -> dict[str, float | str]:
     return masks
 
 
-def missing(flags: FailsafeFlags) -> Need:
+def modes_that_need_local_position(*, flies: bool) -> int:
+    """Bit per NavState; what does not fly takes off without one."""
+    in_flight = MODES_THAT_NEED[Need.LOCAL_POSITION_TO_TAKE_OFF] if flies else 0
+    return MODES_THAT_NEED[Need.LOCAL_POSITION] | in_flight
+
+
+def missing(flags: FailsafeFlags, *, flies: bool = True) -> Need:
     """Everything that a mode could need and that is not there now."""
     need = Need.OTHER
     if flags.angular_velocity_invalid:
@@ -53,7 +58,7 @@ def missing(flags: FailsafeFlags) -> Need:
     if flags.local_altitude_invalid:
         need |= Need.LOCAL_ALT
     if flags.local_position_invalid:
-        need |= Need.LOCAL_POSITION
+        need |= Need.LOCAL_POSITION | (Need.LOCAL_POSITION_TO_TAKE_OFF if flies else NOTHING)
     if flags.local_position_invalid_relaxed:
         need |= Need.LOCAL_POSITION_RELAXED
     if flags.global_position_invalid:
@@ -71,9 +76,9 @@ def missing(flags: FailsafeFlags) -> Need:
     return need
 
 
-def runnable_modes(flags: FailsafeFlags, unasked: Need = NOTHING) -> int:
+def runnable_modes(flags: FailsafeFlags, unasked: Need = NOTHING, *, flies: bool = True) -> int:
     """Bit per NavState: everything that the mode needs is there, but what is not asked for."""
-    lacking = int(missing(flags) & ~unasked)
+    lacking = int(missing(flags, flies=flies) & ~unasked)
     modes = 0
     for state, need in _NEEDS_AS_INT:
         if not need & lacking:

@@ -99,6 +99,9 @@ class FailsafeFlags(NamedTuple):
     fd_alt_loss: bool = False
     gnss_lost: bool = False
     navigator_failure: bool = False
+    fd_esc_arming_failure: bool = False
+    mode_req_local_position: int = 0
+    """Bit per NavState that needs one."""
 
 
 class HomePosition(NamedTuple):
@@ -172,5 +175,10 @@ class FailureDetectorStatus(NamedTuple):
     fd_imbalanced_prop: bool = False
     imbalanced_prop_metric: float = 0.0
     """m/s²: how much more it shakes sideways than up and down."""
+    fd_arm_escs: bool = False
+    """Speed controllers do not let their motors turn, or fail."""
+    fd_motor: bool = False
+    motor_failure_mask: int = 0
+    """Bit per motor whose speed controller fails."""
     motor_stop_mask: int = 0
     """Bit per motor: a failure that is injected has stopped it."""

@@ -1,6 +1,6 @@
 """Sensors and batteries, as the simulator and others tell them (writers: sensors/, mavlink/services/)."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
@@ -130,11 +130,16 @@ class VehicleImuStatus(NamedTuple):
     var_gyro: Vector3 = NAN3
 
 
+ESC_TEMPERATURE_C: Final = 50.0
+"""What SIH's speed controllers say; they measure nothing but their speed (sih.cpp, publish_esc_status)."""
+
+
 class EscStatus(NamedTuple):
     """What speed controllers tell: revolutions a minute by motor. All that are there are online."""
 
     timestamp: int = 0
     rpm: tuple[int, ...] = ()
+    temperature_c: float = ESC_TEMPERATURE_C
 
     @property
     def online_flags(self) -> int:

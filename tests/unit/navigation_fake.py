@@ -13,6 +13,7 @@ from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
 from sitl_emu.autopilot.storage.dataman import MISSION, Dataman, MissionItem, Plan
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
+    EscStatus,
     EstimatorStatus,
     SensorBaro,
     SensorCombined,
@@ -68,6 +69,7 @@ class FakeVehicle:
         self.gps = self.sensors = self.gcs = True
         self.gps_error_north = 0.0
         self.battery = BatteryStatus(connected=True, remaining=1.0)
+        self.rpm: tuple[int, ...] = (0,) if rover else (0,) * 6
         self._armed_for_us = 0
         self._on_ground_us = 0
 
@@ -182,6 +184,8 @@ class FakeVehicle:
         )
         topics.vehicle_land_detected = VehicleLandDetected(now, self.landed, self.landed, self.landed)
         topics.battery_status = self.battery._replace(timestamp=now)
+        if self.rpm and (self.armed or not self.rover):
+            topics.esc_status = EscStatus(now, self.rpm)
         if self.gcs:
             topics.gcs_heartbeats = topics.gcs_heartbeats._replace(gcs_us=now)
 

@@ -360,3 +360,17 @@ def test_termination_in_flight_releases_the_parachute() -> None:
     vehicle.run(0.1)
     (release,) = outgoing.waiting
     assert (release.command, release.param1, release.target_system, release.target_component) == (208, 2.0, 7, 161)
+
+
+@pytest.mark.parametrize(("kind", "may"), [(VehicleKind.MULTICOPTER, False), (VehicleKind.ROVER_ACKERMANN, True)])
+def test_what_does_not_fly_takes_off_without_a_position(kind: VehicleKind, may: bool) -> None:
+    """PX4's mode_requirements.cpp: of the modes that need a position AUTO_TAKEOFF does so where something flies."""
+    vehicle = FakeVehicle(kind)
+    vehicle.run(3.0)
+    vehicle.gps = False
+    vehicle.run(1.0)
+    runs = vehicle.topics.health_report.can_run_mode_flags
+    assert bool(runs >> NavState.AUTO_TAKEOFF & 1) is may
+    assert not runs >> NavState.AUTO_LOITER & 1
+    local_position = vehicle.topics.failsafe_flags.mode_req_local_position
+    assert (local_position >> NavState.AUTO_TAKEOFF & 1, local_position >> NavState.AUTO_LOITER & 1) == (not may, 1)

@@ -23,6 +23,7 @@ from sitl_emu.autopilot.topics import (
     BatteryStatus,
     CpuLoad,
     DistanceSensorSample,
+    EscStatus,
     EstimatorStatus,
     FailureDetectorStatus,
     GcsHeartbeats,
@@ -75,6 +76,7 @@ FORBIDS: dict[str, tuple[str, object]] = {
     "required_sensors": ("distance_sensor", DistanceSensorSample()),
     "rc_calibration": ("", None),
     "power": ("", None),
+    "esc": ("esc_status", EscStatus()),
     "manual_control": ("manual_control_switches", ManualControlSwitches(kill=1)),
     "navigator": ("navigator_status", NavigatorStatus(READY_US, NavState.AUTO_LOITER, failure=1)),
 }
@@ -82,6 +84,7 @@ FORBIDS: dict[str, tuple[str, object]] = {
 WANTS = {
     "parachute": ("COM_PARACHUTE", 2),
     "power": ("COM_POWER_COUNT", 2),
+    "esc": ("COM_ARM_CHK_ESCS", 1),
     "open_drone_id": ("COM_ARM_ODID", 2),
     "traffic_avoidance": ("COM_ARM_TRAFF", 2),
     "arm_permission": ("COM_ARMABLE", 0),

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import pytest
 
-from sitl_emu.autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES
+from sitl_emu.autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES, modes_that_need_local_position
 from sitl_emu.autopilot.logger import logged_topics, packing, ulog
 from sitl_emu.autopilot.logger.rows import commander, control, sensors
 from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
@@ -108,7 +108,8 @@ def test_unused_outputs_and_actuators_say_so() -> None:
 
 def test_modes_and_what_they_need() -> None:
     """As a real PX4's log says it (../shared/px4/ulog, failsafe_flags of sihsim_hex)."""
-    told = fields_of("failsafe_flags", commander.failsafe_flags, FailsafeFlags())
+    flags = FailsafeFlags(mode_req_local_position=modes_that_need_local_position(flies=True))
+    told = fields_of("failsafe_flags", commander.failsafe_flags, flags)
     assert told["mode_req_local_position"] == 7_995_448
     assert told["mode_req_local_position_relaxed"] == 262_340
     assert told["mode_req_prevent_arming"] == 3_944_480

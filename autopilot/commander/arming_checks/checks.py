@@ -16,6 +16,7 @@ from sitl_emu.autopilot.commander.arming_checks import (
     battery,
     companion_computer,
     cpu_resource,
+    esc,
     estimator,
     failure_detector,
     flight_time,
@@ -61,7 +62,11 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
     Settings,
 )
 from sitl_emu.autopilot.commander.mode_requirements import ALL_MODES as ALL_NAV_STATES
-from sitl_emu.autopilot.commander.mode_requirements import PREVENT_ARMING_MODES, runnable_modes
+from sitl_emu.autopilot.commander.mode_requirements import (
+    PREVENT_ARMING_MODES,
+    modes_that_need_local_position,
+    runnable_modes,
+)
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.events.events import PROTOCOL
 from sitl_emu.autopilot.events.texts import Say, SendEvent
@@ -76,8 +81,14 @@ RC_CHANNELS: Final = 18
 """input_rc_s::RC_INPUT_MAX_CHANNELS."""
 PRESENT: Final = GYRO | ACCEL | MAG | ABSOLUTE_PRESSURE | XY_POSITION_CONTROL
 """Of every vehicle; MOTOR_OUTPUTS are healthy also where they are not present."""
-WHILE_FOUND = ((Component.GPS, GPS), (Component.LOGGING, LOGGING), (Component.BATTERY, BATTERY))
-"""What comes and goes: a GPS while the estimator uses it, the logger while it writes, a battery that is connected."""
+WHILE_FOUND = (
+    (Component.GPS, GPS),
+    (Component.LOGGING, LOGGING),
+    (Component.BATTERY, BATTERY),
+    (Component.MOTORS_ESCS, MOTOR_OUTPUTS),
+)
+"""What comes and goes: a GPS while the estimator uses it, the logger while it writes, a battery that is connected,
+speed controllers that have been heard."""
 DIFFERENTIAL_PRESSURE: Final = 0x10
 HEALTHY: Final = (
     PRESENT
@@ -101,6 +112,7 @@ BLAMED = (
     (Component.LOCAL_POSITION_ESTIMATE, XY_POSITION_CONTROL),
     (Component.REMOTE_CONTROL, RC_RECEIVER),
     (Component.BATTERY, BATTERY),
+    (Component.MOTORS_ESCS, MOTOR_OUTPUTS),
 )
 """Sensors that any failure of their component makes unhealthy, and so enabled: they are wanted, there or not.
 
@@ -117,6 +129,7 @@ def all_checks() -> tuple[Check, ...]:
         companion_computer.check,
         cpu_resource.CpuResourceCheck().check,
         required_sensors.check_sight,
+        esc.EscCheck().check,
         estimator.EstimatorCheck().check,
         gps.GpsCheck().check,
         failure_detector.check,
@@ -161,6 +174,8 @@ class HealthAndArmingChecks:
         self._settings = settings_of(parameters)
         self._checks = all_checks()
         self._ever_passed = False
+        self._told: set[str] = set()
+        """Of the texts that last."""
 
     def update(self, now_us: int, *, force_report: bool = False, authorization_denied: bool = False) -> bool:
         """Run every check; replaces topics failsafe_flags and health_report. Whether what was found has been told.
@@ -171,18 +186,17 @@ class HealthAndArmingChecks:
         if self._parameters.version != self._version:
             self._version = self._parameters.version
             self._settings = settings_of(self._parameters)
-        findings = Findings()
+        flies = topics.vehicle_status.vehicle_kind.traits.flies
+        findings = Findings(modes_that_need_local_position(flies=flies))
         findings.arm_authorization_denied = authorization_denied
         for check in self._checks:
             check(now_us, topics, self._settings, findings)
         flags = findings.flags()
         sticks_lost = topics.failsafe_flags.manual_control_signal_lost  # the modes' check is before that of sticks
-        can_run = runnable_modes(flags._replace(manual_control_signal_lost=sticks_lost))
+        can_run = runnable_modes(flags._replace(manual_control_signal_lost=sticks_lost), flies=flies)
         can_arm = can_run & ~PREVENT_ARMING_MODES & ~findings.arming_forbidden
         nav_state = topics.vehicle_status.nav_state
         present = PRESENT
-        if topics.vehicle_status.vehicle_kind.traits.motor_outputs_present:
-            present |= MOTOR_OUTPUTS
         present |= sum(bit for component, bit in WHILE_FOUND if findings.health_present & component)
         unhealthy = sum(bits for component, bits in BLAMED if findings.blamed & component)
         health = HEALTHY & ~unhealthy
@@ -197,12 +211,17 @@ class HealthAndArmingChecks:
         state = self._state_of(findings, can_run)
         self._unreported = self._unreported or state != self._state
         self._state, self._findings = state, findings
+        self._told &= findings.lasting_texts.keys()
         if not force_report and not (self._unreported and now_us - self._reported_us >= REPORT_INTERVAL_US):
             return False
         self._report(now_us)
         if self._ever_passed:
             for text, severity in findings.texts.items():
                 self._say(severity, text)
+            for text, severity in findings.lasting_texts.items():
+                if text not in self._told:
+                    self._told.add(text)
+                    self._say(severity, text)
         return True
 
     def report_what_waits(self, now_us: int) -> None:
@@ -220,13 +239,10 @@ class HealthAndArmingChecks:
 
     def _state_of(self, findings: Findings, runnable: int) -> State:
         """Both summaries, and each failure with its modes."""
-        status = self._topics.vehicle_status
         can_run = can_arm = ALL_MODES & ~(ALL_NAV_STATES & ~runnable)
         for failure in findings.failures:
             can_arm &= ~failure.modes
-        motors = Component.MOTORS_ESCS if status.vehicle_kind.traits.motor_outputs_present else 0
-        present = findings.health_present | motors
-        health = (present, findings.health_error, findings.health_warning)
+        health = (findings.health_present, findings.health_error, findings.health_warning)
         arming = (findings.arming_error, findings.arming_warning, can_arm, can_run)
         return (arming, health, [(failure.event, failure.told_modes) for failure in findings.failures])
 
@@ -265,6 +281,9 @@ def settings_of(parameters: Parameters) -> Settings:
         com_arm_traff=int(parameters["COM_ARM_TRAFF"]),
         com_parachute=int(parameters["COM_PARACHUTE"]),
         com_power_count=int(parameters["COM_POWER_COUNT"]),
+        com_arm_chk_escs=int(parameters["COM_ARM_CHK_ESCS"]),
+        fd_act_en=int(parameters["FD_ACT_EN"]),
+        esc_temp_warn_th_c=float(parameters["ESC_TEMP_WARN_TH"]),
         calibrated=frozenset(sensor for sensor in ("ACC", "GYRO", "MAG") if is_calibrated(parameters, sensor)),
         mag_enabled=priority(parameters, "MAG") > 0,
         com_rc_in_mode=int(parameters["COM_RC_IN_MODE"]),

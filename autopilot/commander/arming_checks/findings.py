@@ -99,6 +99,9 @@ class Settings(NamedTuple):
     com_arm_traff: int
     com_parachute: int
     com_power_count: int
+    com_arm_chk_escs: int
+    fd_act_en: int
+    esc_temp_warn_th_c: float
     calibrated: frozenset[str]
     """Sensors with a calibration of their own: ACC, GYRO, MAG."""
     mag_enabled: bool
@@ -124,7 +127,8 @@ class Settings(NamedTuple):
 class Findings:
     """Filled by one round of checks. Flags begin as good; a check that finds trouble says so."""
 
-    def __init__(self) -> None:
+    def __init__(self, mode_req_local_position: int = 0) -> None:
+        self.mode_req_local_position = mode_req_local_position
         self.angular_velocity_invalid = False
         self.attitude_invalid = False
         self.local_altitude_invalid = False
@@ -144,7 +148,7 @@ class Findings:
         self.wind_limit_exceeded = False
         self.flight_time_limit_exceeded = False
         self.fd_critical_failure = False
-        self.fd_motor_failure = False
+        self.fd_motor_failure = self.fd_esc_arming_failure = False
         self.parachute_unhealthy = False
         self.remote_id_unhealthy = False
         self.fd_imbalanced_prop = False
@@ -154,6 +158,8 @@ class Findings:
         self.arming_forbidden = 0
         """Bit per NavState."""
         self.texts: dict[str, Severity] = {}
+        self.lasting_texts: dict[str, Severity] = {}
+        """Told once while they last, not with every report."""
         self.failures: list[Failure] = []
         self.notices: list[Notice] = []
         self.health_present = 0
@@ -237,4 +243,6 @@ class Findings:
             self.fd_alt_loss,
             self.gnss_lost,
             self.navigator_failure,
+            self.fd_esc_arming_failure,
+            self.mode_req_local_position,
         )

@@ -24,11 +24,7 @@ GNSS_POS: Final = 1 << 2
 """Bit of estimator_status.control_mode_flags."""
 DENY_ARMING, ONLY_WARN = 0, 1
 """COM_ARM_WO_GPS."""
-POSITION_MODES: Final = (
-    MODES_THAT_NEED[Need.LOCAL_POSITION]
-    | MODES_THAT_NEED[Need.LOCAL_POSITION_RELAXED]
-    | MODES_THAT_NEED[Need.GLOBAL_POSITION]
-)
+RELAXED_OR_GLOBAL: Final = MODES_THAT_NEED[Need.LOCAL_POSITION_RELAXED] | MODES_THAT_NEED[Need.GLOBAL_POSITION]
 FAILURES = (
     ("fix_too_low", "GPS fix too low"),
     ("num_sats_too_low", "not enough GPS Satellites"),
@@ -81,6 +77,7 @@ def _tell_first(failures: int, com_arm_wo_gps: int, findings: Findings) -> None:
         findings.arming_check_failure(ALL_MODES, Component.GPS, Severity.ERROR, event, text=text)
     elif com_arm_wo_gps == ONLY_WARN:
         text, level = f"Preflight: {what}", Severity.WARNING
+        told_modes = RELAXED_OR_GLOBAL | findings.mode_req_local_position
         findings.arming_check_failure(
-            NO_MODE, Component.GPS, level, event, text=text, said_as=level, told_modes=POSITION_MODES
+            NO_MODE, Component.GPS, level, event, text=text, said_as=level, told_modes=told_modes
         )

@@ -64,8 +64,10 @@ def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -
     for lack in LACKS:
         if getattr(findings, lack.flag):
             modes = MODES_THAT_NEED[lack.need]
-            if lack.need is Need.LOCAL_POSITION and findings.local_position_invalid_relaxed:
-                modes |= MODES_THAT_NEED[Need.LOCAL_POSITION_RELAXED]
+            if lack.need is Need.LOCAL_POSITION:
+                modes = findings.mode_req_local_position
+                if findings.local_position_invalid_relaxed:
+                    modes |= MODES_THAT_NEED[Need.LOCAL_POSITION_RELAXED]
             if lack.need is Need.MISSION and settings.com_arm_mis_req:
                 modes = ALL_MODES
             findings.arming_check_failure(modes, lack.component, lack.level, lack.event)

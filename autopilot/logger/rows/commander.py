@@ -40,7 +40,7 @@ actuator_armed = by_name("actuator_armed", ActuatorArmed, {"timestamp": 0})
 failure_detector_status = by_name(
     "failure_detector_status",
     FailureDetectorStatus,
-    zeros("motor_failure_mask", "fd_ext", "fd_arm_escs", "fd_battery", "fd_motor"),
+    zeros("fd_ext", "fd_battery"),
 )
 """What the failure detector does not watch (its docstring) it has not found either."""
 config_overrides = by_name("config_overrides", ConfigOverrides, {"timestamp": 0})
@@ -50,7 +50,7 @@ failsafe_flags = by_name(
     {
         "timestamp": 0,
         **requirement_masks(),
-        **zeros("fd_esc_arming_failure", "vtol_fixed_wing_system_failure"),
+        **zeros("vtol_fixed_wing_system_failure"),
     },
 )
 cpuload = by_name("cpuload", CpuLoad)

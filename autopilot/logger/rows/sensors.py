@@ -41,8 +41,6 @@ DEFAULT_TEMPERATURE = 0
 ESCS = 12
 FIRST_MOTOR = 101
 """Output function of motor 1."""
-ESC_TEMPERATURE_C = 50.0
-"""What SIH's speed controllers say; they measure nothing but their speed (sih.cpp, publish_esc_status)."""
 NO_CURRENT_SENSOR_A = -1.0
 IMUS = 4
 """Places in sensors_status_imu."""
@@ -221,10 +219,10 @@ ranging_beacon = by_name(
 @row("esc_status")
 def esc_status(pack: Pack, record: EscStatus) -> bytes:
     """The speed of each motor."""
-    time_us, rpm = record
+    time_us, rpm, temperature_c = record
     values: list[float] = [time_us, 0, record.online_flags, record.armed_flags, len(rpm), 0]
     for motor, speed in enumerate(rpm[:ESCS]):
-        values += (time_us, 0, speed, 0.0, 0.0, ESC_TEMPERATURE_C, 0, 0, 0, FIRST_MOTOR + motor, 0)
+        values += (time_us, 0, speed, 0.0, 0.0, temperature_c, 0, 0, 0, FIRST_MOTOR + motor, 0)
     for _ in range(len(rpm), ESCS):
         values += NO_ESC
     return pack(*values)
