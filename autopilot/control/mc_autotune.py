@@ -43,7 +43,6 @@ YAW_RISE_S: Final = 0.2
 DETUNING: Final = 0.7
 STICKS_MOVED: Final = 0.05
 MOST_CONTROL_POWER: Final = 0.1
-POWER_OVER_US: Final = 500_000
 AXES = ("ROLL", "PITCH", "YAW")
 ON_DISARM: Final = 1
 AT_ONCE: Final = 2
@@ -106,8 +105,6 @@ class McAutotune:
         self._high, self._steps, self._longest, self._mean = False, 0, 0, 0.0
         self.rates: Vector3 | None = None
         """What is added to the rate setpoint; None while nothing is."""
-        self._energy: Vector3 = (0.0, 0.0, 0.0)
-        self._energy_us, self._power = 0, 0.0
         self._before: dict[str, float] = {}
         self._commands_seen = 0
 
@@ -144,12 +141,10 @@ class McAutotune:
             self._abort(now_us)
             self.rates = self._signal()
 
-    def on_torque(self, now_us: int, torque: Vector3, rates: Vector3) -> None:
+    def on_torque(self, torque: Vector3, rates: Vector3) -> None:
         """After each rate control, while `rates` is not None."""
         axis = SHAKES.get(self.state)
-        if axis is None:
-            self._measure_power(now_us, torque)
-        elif self._model is not None:
+        if axis is not None and self._model is not None:
             self._model.sample(self._scale * torque[axis], rates[axis])
             self._samples += 1
             if self._samples % self._fit_every == 0:
@@ -192,7 +187,7 @@ class McAutotune:
         elif state is State.TEST:
             if for_us > TEST_US:
                 self._enter(now_us, State.COMPLETE)
-            elif for_us > TEST_SETTLES_US and self._power > MOST_CONTROL_POWER:
+            elif for_us > TEST_SETTLES_US and self._control_power > MOST_CONTROL_POWER:
                 self._save(self._before)
                 self._enter(now_us, State.FAIL)
         elif for_us > RESULT_US:
@@ -218,7 +213,6 @@ class McAutotune:
             self._before = {name: float(self._parameters[name]) for name in gains}
             self._save(gains)
             self._begin_signal()
-            self._energy, self._energy_us, self._power = (0.0, 0.0, 0.0), now_us, 0.0
             self._enter(now_us, State.TEST)
         else:
             self._enter(now_us, State.COMPLETE)
@@ -289,13 +283,10 @@ class McAutotune:
             return signal, signal, 0.0
         return (signal if axis == 0 else 0.0, signal if axis == 1 else 0.0, signal if axis == 2 else 0.0)
 
-    def _measure_power(self, now_us: int, torque: Vector3) -> None:
-        """Mean squares of the torques over half a second (actuator_controls_status), as the length of a vector."""
-        (ex, ey, ez), (x, y, z) = self._energy, torque
-        self._energy = (ex + x * x, ey + y * y, ez + z * z)
-        if now_us - self._energy_us >= POWER_OVER_US:
-            self._power = math.hypot(*self._energy) * TICK_S / ((now_us - self._energy_us) * 1e-6)
-            self._energy, self._energy_us = (0.0, 0.0, 0.0), now_us
+    @property
+    def _control_power(self) -> float:
+        """Of all axes, as the length of a vector."""
+        return math.hypot(*self._topics.actuator_controls_status.control_power)
 
 
 def _good(designed: tuple[PidGains, float]) -> bool:

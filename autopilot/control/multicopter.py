@@ -15,6 +15,7 @@ from typing import Final
 
 from sitl_emu.autopilot.commander.control_mode import is_of_mode
 from sitl_emu.autopilot.constants import NavState, TakeoffState
+from sitl_emu.autopilot.control.control_power import ControlPower
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from sitl_emu.autopilot.control.manual_attitude import ManualAttitude
 from sitl_emu.autopilot.control.mc_allocation import MulticopterAllocation
@@ -75,7 +76,8 @@ STATUS_EVERY: Final = 50
 
 class MulticopterControl:
     """Writer of takeoff_status, vehicle_local_position_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint,
-    vehicle_thrust_setpoint, vehicle_torque_setpoint, rate_ctrl_status and hover_thrust_estimate."""
+    vehicle_thrust_setpoint, vehicle_torque_setpoint, rate_ctrl_status, actuator_controls_status (control_power.py) and
+    hover_thrust_estimate."""
 
     def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
         """`say(severity, text)` tells the ground."""
@@ -83,6 +85,7 @@ class MulticopterControl:
         self._takeoff = TakeoffHandling()
         self._position = PositionControl()
         self._rate = RateControl()
+        self._power = ControlPower(topics)
         self._manual = ManualAttitude(parameters)
         self._reference = AttitudeReference()
         self._reference_us = self._heading_resets = 0
@@ -341,8 +344,9 @@ class MulticopterControl:
             self._follow_battery()
             roll, pitch, yaw = self._by_battery((roll, pitch, yaw))
             _, _, thrust = self._by_battery(setpoint.thrust_body)
+        self._power.add(now_us, (roll, pitch, yaw), dt)
         if self.autotune.rates is not None:
-            self.autotune.on_torque(now_us, (roll, pitch, yaw), rates.xyz)
+            self.autotune.on_torque((roll, pitch, yaw), rates.xyz)
         self._ticks += 1
         told = self._ticks % PWM_EVERY == 0
         if told:

@@ -102,6 +102,13 @@ OF_SOME_KINDS = (
     LoggedTopic("vehicle_rates_setpoint", 20, control.vehicle_rates_setpoint, module="mc_rate_control"),
     LoggedTopic("vehicle_thrust_setpoint", 20, control.vehicle_thrust_setpoint, module="mc_rate_control"),
     LoggedTopic("vehicle_torque_setpoint", 20, control.vehicle_torque_setpoint, module="mc_rate_control"),
+    LoggedTopic(
+        "actuator_controls_status_0",
+        300,
+        control.actuator_controls_status_0,
+        "actuator_controls_status",
+        module="mc_rate_control",
+    ),
     LoggedTopic("rate_ctrl_status", 200, control.rate_ctrl_status, module="mc_rate_control"),
     LoggedTopic("control_allocator_status", 200, control.control_allocator_status, module="control_allocator"),
     LoggedTopic("takeoff_status", 1000, control.takeoff_status, module="mc_pos_control"),

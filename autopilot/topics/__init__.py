@@ -20,6 +20,7 @@ from sitl_emu.autopilot.topics.commander import (
 )
 from sitl_emu.autopilot.topics.commands import CommandRecord, CommandTold, VehicleCommand, VehicleCommandAck
 from sitl_emu.autopilot.topics.control import (
+    ActuatorControlsStatus,
     ActuatorMotors,
     ActuatorOutputs,
     ActuatorServos,
@@ -170,6 +171,7 @@ __all__ = [
     "SOURCE_UNKNOWN",
     "ActionRequest",
     "ActuatorArmed",
+    "ActuatorControlsStatus",
     "ActuatorMotors",
     "ActuatorOutputs",
     "ActuatorServos",

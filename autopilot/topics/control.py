@@ -87,6 +87,14 @@ class VehicleTorqueSetpoint(NamedTuple):
     xyz: Vector3 = (0.0, 0.0, 0.0)
 
 
+class ActuatorControlsStatus(NamedTuple):
+    """Writer: mc_rate_control, twice a second (uORB actuator_controls_status_0)."""
+
+    timestamp: int = 0
+    control_power: Vector3 = (0.0, 0.0, 0.0)
+    """Mean squares of the torques about roll, pitch and yaw."""
+
+
 class RateCtrlStatus(NamedTuple):
     """Writer: mc_rate_control, at 50 Hz, for the log: what its integrators have learnt."""
 

@@ -18,6 +18,7 @@ from sitl_emu.autopilot.topics.commander import (
 )
 from sitl_emu.autopilot.topics.commands import CommandRecord, CommandTold, VehicleCommandAck
 from sitl_emu.autopilot.topics.control import (
+    ActuatorControlsStatus,
     ActuatorOutputs,
     ActuatorSet,
     ActuatorTest,
@@ -233,6 +234,7 @@ class Topics:
         self.vehicle_thrust_setpoint = VehicleThrustSetpoint()
         self.vehicle_torque_setpoint = VehicleTorqueSetpoint()
         self.rate_ctrl_status = RateCtrlStatus()
+        self.actuator_controls_status = ActuatorControlsStatus()
         self.actuator_outputs = ActuatorOutputs()
         self.control_allocator_status = ControlAllocatorStatus()
         self.landing_gear = LandingGear()

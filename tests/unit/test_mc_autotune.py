@@ -5,6 +5,7 @@ import math
 import pytest
 
 from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.control.control_power import ControlPower
 from sitl_emu.autopilot.control.mc_autotune import McAutotune, State
 from sitl_emu.autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
 from sitl_emu.autopilot.parameters import Parameters
@@ -101,10 +102,11 @@ def test_gains_that_are_tried_out_may_not_take_much_of_the_motors(torque: float,
     desk.run(0.2)
     desk.autotune._gains = [(PidGains(0.1, 1.0, 0.001), 4.0)] * 3
     desk.autotune._enter(desk.now_us, State.VERIFICATION)
+    power = ControlPower(desk.topics)
     for _ in range(230):
         desk.run(0.02)
-        for tick in range(5):
-            desk.autotune.on_torque(desk.now_us + tick * 4_000, (torque, -torque, 0.0), (0.0, 0.0, 0.0))
+        for _ in range(5):
+            power.add(desk.now_us, (torque, -torque, 0.0), 0.004)
         if desk.autotune.state in (State.COMPLETE, State.FAIL):
             break
     assert desk.autotune.state is state

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from sitl_emu.autopilot.logger.packing import FORMATS, Pack, Row, by_name, row
 from sitl_emu.autopilot.logger.ulog import array_length
 from sitl_emu.autopilot.topics import (
+    ActuatorControlsStatus,
     ActuatorOutputs,
     ControlAllocatorStatus,
     HoverThrustEstimate,
@@ -125,6 +126,7 @@ def offboard_control_mode(pack: Pack, record: OffboardSetpoint) -> bytes:
     )
 
 
+actuator_controls_status_0 = by_name("actuator_controls_status_0", ActuatorControlsStatus)
 rate_ctrl_status = by_name("rate_ctrl_status", RateCtrlStatus)
 control_allocator_status = by_name("control_allocator_status", ControlAllocatorStatus)
 vehicle_constraints = by_name("vehicle_constraints", VehicleConstraints, {"timestamp": 0})
