@@ -11,7 +11,8 @@ from typing import Any
 
 from sitl_emu.components.component import COMMANDS, Component, text
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.attitude import Euler, Quaternion, euler, quaternion, wrapped
+from sitl_emu.core.attitude import Euler, Quaternion, euler, quaternion
+from sitl_emu.core.geodesy import wrap_pi
 from sitl_emu.vehicles.description import Gimbal as GimbalData
 
 INFORMATION = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_INFORMATION
@@ -85,7 +86,7 @@ class Gimbal:
         """Where it looks at a time: roll and pitch against the horizon, yaw against the vehicle's heading."""
         dt_s = max(now_us - self._moved_us, 0) * 1e-6
         roll, pitch, yaw = (self._axis(axis, dt_s) for axis in range(3))
-        return quaternion(roll, pitch, wrapped(yaw - self._heading) if self._locked else yaw)
+        return quaternion(roll, pitch, wrap_pi(yaw - self._heading) if self._locked else yaw)
 
     def keep_alive(self, clock_s: float) -> None:
         """See Component.keep_alive."""
@@ -133,7 +134,7 @@ class Gimbal:
         if locked is not self._locked:
             self._locked = locked
             roll, pitch, yaw = self._angles
-            self._angles = (roll, pitch, wrapped(yaw + self._heading if locked else yaw - self._heading))
+            self._angles = (roll, pitch, wrap_pi(yaw + self._heading if locked else yaw - self._heading))
             self._target, self._rates = self._angles, AT_REST
         if flags & NEUTRAL:
             self._target, self._rates = AT_REST, AT_REST
@@ -150,10 +151,10 @@ class Gimbal:
         self._heading = heading
         if self._locked:
             roll, pitch, yaw = self._angles
-            joint = wrapped(yaw - heading)
+            joint = wrap_pi(yaw - heading)
             at_stop = max(self._lowest[2], min(self._highest[2], joint))
             if at_stop != joint:
-                self._angles = (roll, pitch, wrapped(at_stop + heading))
+                self._angles = (roll, pitch, wrap_pi(at_stop + heading))
 
     def _move(self, now_us: int) -> None:
         """Let the motors turn since the last look."""
@@ -167,21 +168,21 @@ class Gimbal:
         self._moving = (
             (roll - before[0]) / dt_s,
             (pitch - before[1]) / dt_s,
-            wrapped(yaw - before[2]) / dt_s,
+            wrap_pi(yaw - before[2]) / dt_s,
         )
 
     def _axis(self, axis: int, dt_s: float) -> float:
         angle, target, limit = self._angles[axis], self._target[axis], self._rate_max * dt_s
         turns = axis == YAW
         if math.isfinite(target):
-            way = wrapped(target - angle) if turns else target - angle
+            way = wrap_pi(target - angle) if turns else target - angle
             angle += max(-limit, min(limit, way))
         else:
             angle += max(-limit, min(limit, self._rates[axis] * dt_s))
         zero = self._heading if turns and self._locked else 0.0
-        joint = wrapped(angle - zero) if turns else angle
+        joint = wrap_pi(angle - zero) if turns else angle
         joint = max(self._lowest[axis], min(self._highest[axis], joint))
-        return wrapped(joint + zero) if turns else joint
+        return wrap_pi(joint + zero) if turns else joint
 
     # --- messages -------------------------------------------------------------------------------------------
 

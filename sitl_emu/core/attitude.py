@@ -102,8 +102,3 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
         aw * by - ax * bz + ay * bw + az * bx,
         aw * bz + ax * by - ay * bx + az * bw,
     )
-
-
-def wrapped(angle: float) -> float:
-    """Into -pi..pi."""
-    return math.remainder(angle, 2.0 * math.pi)

@@ -65,5 +65,9 @@ def bearing_rad(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: flo
 
 
 def wrap_pi(angle_rad: float) -> float:
-    """The same angle in -π..π; NaN for an infinite one."""
-    return math.nan if math.isinf(angle_rad) else math.remainder(angle_rad, math.tau)
+    """The same angle from -π to less than π, as PX4's matrix::wrap_pi; NaN for an infinite one.
+
+    Half a turn is one to the left: a vehicle that follows from behind goes that way about from the north of its target.
+    """
+    wrapped = math.nan if math.isinf(angle_rad) else math.remainder(angle_rad, math.tau)
+    return -math.pi if wrapped >= math.pi else wrapped

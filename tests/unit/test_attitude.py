@@ -15,8 +15,8 @@ from sitl_emu.core.attitude import (
     quaternion,
     rotated,
     rotation,
-    wrapped,
 )
+from sitl_emu.core.geodesy import wrap_pi
 
 ROLL_OR_YAW = st.floats(-math.pi + 1e-3, math.pi - 1e-3)
 PITCH = st.floats(-1.5, 1.5)
@@ -68,6 +68,12 @@ def test_a_small_turn_is_the_turn_by_its_angle(q: Quaternion, x: float, y: float
 
 
 @given(st.floats(-50.0, 50.0))
-def test_wrapped_keeps_the_direction(angle: float) -> None:
-    assert -math.pi <= wrapped(angle) <= math.pi
-    assert math.cos(wrapped(angle)) == pytest.approx(math.cos(angle), abs=1e-9)
+def test_an_angle_that_is_wrapped_keeps_its_direction(angle: float) -> None:
+    assert -math.pi <= wrap_pi(angle) < math.pi
+    assert math.cos(wrap_pi(angle)) == pytest.approx(math.cos(angle), abs=1e-9)
+
+
+@pytest.mark.parametrize("half_turns", [-3, -1, 1, 3])
+def test_half_a_turn_is_one_to_the_left(half_turns: int) -> None:
+    """matrix::wrap_pi: from -π to less than π."""
+    assert wrap_pi(half_turns * math.pi) == -math.pi
