@@ -43,6 +43,7 @@ from sitl_emu.autopilot.system.load_mon import LoadMon
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from sitl_emu.autopilot.vision_target_estimator.vision_target_estimator import VisionTargetEstimator
 from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
 
 if TYPE_CHECKING:
@@ -99,6 +100,8 @@ class Autopilot:
         self.navigator = Navigator(
             *shared, self.dataman, self.texts.of("navigator"), self.texts.events.send, self.outgoing
         )
+        sees_targets = "vision_target_estimator" in traits.modules
+        self.vision_target_estimator = VisionTargetEstimator(*shared) if sees_targets else None
         self.flight_modes = FlightModes(*shared, self.texts.of("flight_mode_manager"), self.texts.events.send)
         self._runs_flight_modes = "flight_mode_manager" in traits.modules
         self.control = CONTROLS[kind](*shared, self.texts)
@@ -141,6 +144,8 @@ class Autopilot:
             self.manual_control.update(now_us)
             self.commander.update(now_us)
             self.navigator.update(now_us)
+            if self.vision_target_estimator is not None:
+                self.vision_target_estimator.update(now_us)
             self.payload_deliverer.update(now_us)
             for module in self.started:
                 module.update(now_us)

@@ -90,6 +90,7 @@ class VehicleKind(Enum):
                 "mc_hover_thrust_estimator",
                 "mc_pos_control",
                 "mc_rate_control",
+                "vision_target_estimator",
             }
         ),
         land_detector="multicopter",

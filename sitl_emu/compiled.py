@@ -30,6 +30,7 @@ HOT: dict[str, tuple[str, ...]] = {
         "control/actuator_test.py",
         "control/control.py",
         "control/control_allocator.py",
+        "control/control_power.py",
         "control/hover_thrust_estimator.py",
         "control/mc_*.py",
         "control/multicopter.py",

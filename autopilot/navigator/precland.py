@@ -21,6 +21,7 @@ from sitl_emu.autopilot.constants import SetpointType
 from sitl_emu.autopilot.navigator.mission_block import LAND
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem
+from sitl_emu.autopilot.topics import PrecLandStatus
 from sitl_emu.core.geodesy import MapProjection, distance_m
 
 SETTLES_US = 2_000_000
@@ -124,6 +125,7 @@ class PrecLand:
             self._descend()
         elif self._phase is Phase.SEARCH:
             self._search()
+        state.topics.prec_land_status = PrecLandStatus(state.now_us, self._phase is not Phase.DONE)
 
     # --- phases ---------------------------------------------------------------------------------------------
 

@@ -96,8 +96,16 @@ class NavigatorStatus(NamedTuple):
     failure: int = 0
 
 
+class PrecLandStatus(NamedTuple):
+    """Writer: PrecLand, in each of its cycles."""
+
+    timestamp: int = 0
+    runs: bool = False
+    """It has not landed yet (PREC_LAND_STATE_START to FALLBACK)."""
+
+
 class NavigatorMissionItem(NamedTuple):
-    """The item that is being flown, for the log alone: degrees, m, s, rad."""
+    """The item that is being flown, for the log and the vision_target_estimator: degrees, m, s, rad."""
 
     timestamp: int = 0
     sequence_current: int = 0

@@ -76,6 +76,7 @@ from sitl_emu.autopilot.topics.navigator import (
     NavigatorStatus,
     OrbitStatus,
     PositionSetpointTriplet,
+    PrecLandStatus,
     RtlStatus,
     RtlTimeEstimate,
     VehicleRoi,
@@ -218,6 +219,7 @@ class Topics:
         self.rtl_status = RtlStatus()
         self.navigator_status = NavigatorStatus()
         self.navigator_mission_item = NavigatorMissionItem()
+        self.prec_land_status = PrecLandStatus()
         self.distance_sensor_mode_change_request = DistanceSensorModeChangeRequest()
         self.trajectory_setpoint = TrajectorySetpoint()
         self.position_controller_status = PositionControllerStatus()

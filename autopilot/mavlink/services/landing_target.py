@@ -5,7 +5,7 @@ in another frame it is refused with a text; angles (as an IR-LOCK camera that lo
 by the attitude and the height above ground. They are not filtered over time, as PX4's landing_target_estimator does.
 TARGET_RELATIVE (https://mavlink.io/en/messages/development.html#TARGET_RELATIVE) is a fiducial as its sensor sees it:
 in the local frame, in one that travels with the vehicle, or in the sensor's, whose attitude it then tells. It is landed
-on where VTE_EN is 0; else it is for the vision_target_estimator, which is not here
+on where VTE_EN is 0; else it is for the vision_target_estimator, which fuses none here
 (MavlinkReceiver::handle_message_target_relative).
 """
 

@@ -1,0 +1,1 @@
+"""Where the target of a precision landing is."""
