@@ -239,7 +239,7 @@ class Flight:
         """Over what may be a place and was not seen well enough from the lines, before the parcel is taken home."""
         self._on_line = "all lines flown"
         for _ in range(CLOSER_TRIES):
-            place = self._nearest([self.choose(region, self.here_m, closer=True) for region in self._open()])
+            place = self._nearest([self.place_of(region, closer=True) for region in self._open()])
             if place is None:
                 return
             yield from self.go_aside(place)
@@ -357,12 +357,15 @@ class Flight:
         left = [place for place in found if place is not None and self.may_try_at(place)]
         return min(left, key=lambda place: math.dist(place.place_m, self.here_m), default=None)
 
-    def place_of(self, region: Region) -> Place | None:
-        """The place for a region, from here; None where there is none for long enough, or it was tried too often."""
-        place = self.choose(region, self.here_m) if self._may_try(region) else None
+    def place_of(self, region: Region, *, closer: bool = False) -> Place | None:
+        """The place for a region, from here; None where there is none for long enough, or it was tried too often.
+
+        `closer`: what may be one, and was not seen well enough.
+        """
+        place = self.choose(region, self.here_m, closer=closer) if self._may_try(region) else None
         if place is None or not self.may_try_at(place):
             return None
-        return place if self._lasting.lasts(self.onboard.now_us, place) else None
+        return place if closer or self._lasting.lasts(self.onboard.now_us, place) else None
 
     def choose(
         self, region: Region, near_m: Corner, allowed: Cells | None = None, *, closer: bool = False

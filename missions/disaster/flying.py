@@ -35,5 +35,5 @@ class Flying(Protocol):
     def fly_line(self, number: int, line: Line) -> Script: ...  # noqa: D102
     def go_aside(self, place: Place, left_m: Corner | None = None) -> Script: ...  # noqa: D102
     def is_there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool: ...  # noqa: D102
-    def place_of(self, region: Region) -> Place | None: ...  # noqa: D102
+    def place_of(self, region: Region, *, closer: bool = False) -> Place | None: ...  # noqa: D102
     def may_try_at(self, place: Place) -> bool: ...  # noqa: D102

@@ -11,7 +11,8 @@ brings it down, says that it has it.
 **Targets** are regions: each tells its own, with how far they reach and where it would serve them at their edge, and
 bids for the nearest of them that is nobody's yet; once it has no line left, also for what only those see who are lost
 or have delivered. Whose a region is serves it; it breaks off with `Reason.PEER` when the region turns out to be
-another's, and lets go only while it hears most of the others.
+another's, and lets go only while it hears most of the others. When all lines are flown, it bids as well for what may
+have a place and was not seen well enough from the lines.
 
 What is one region is told by cells of 4 m, so two regions less than 8 m apart may be served as one. A place at the edge
 of another's region is looked at from above before anything is done there, as any place.
@@ -133,10 +134,11 @@ class Together:
                 number, line = mine
                 yield from flight.fly_line(number + 1, line)
                 self.swarm.sharing.scanned(number)
-            elif self._waits:
-                yield from self._stand_by()
-            else:
+                continue
+            self._look()
+            if not self._waits:
                 return
+            yield from self._stand_by()
 
     def over_home(self) -> Script:
         """To where it may come down: over home, when the air there is ours."""
@@ -310,7 +312,7 @@ class Together:
         assert flight.regions is not None
         ours = dict[Key, Place]()
         for region in flight.regions.regions():
-            place = flight.place_of(region)
+            place = flight.place_of(region, closer=self.whole)
             key = self._tell(region, place)
             if place is not None:
                 ours[key] = min((place, ours.get(key, place)), key=self._cost_s)

@@ -8,6 +8,7 @@ import pytest
 from shapely import Point, Polygon, box
 
 from sitl_emu.missions.companion.swarm.airspace import KEEP_M
+from sitl_emu.missions.disaster import places
 from sitl_emu.missions.disaster.settings import Settings
 from tests.unit.companion_px4 import RETURN
 from tests.unit.disaster_sky import Flown, Sky
@@ -63,6 +64,15 @@ def test_the_lines_of_who_falls_and_talks_on_are_flown_by_the_other() -> None:
     flown = sky.flown()
     assert all_lines(flown) and len(flown.lines[2]) == 1 and served(flown, APART) == [1]
     assert flown.outcomes[1] == "success" and flown.outcomes[2].startswith("does not move")
+
+
+def test_what_no_line_shows_well_enough_is_looked_at_when_all_are_flown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As who flies alone does; without it the parcel was taken home."""
+    monkeypatch.setattr(places, "ASLANT", 0.0)
+    sky = Sky(2, AREA, [APART], 0.1, seed=3)
+    assert sky.fly(LIMIT_S)
+    flown = sky.flown()
+    assert all_lines(flown) and served(flown, APART) == [1] and flown.nearest_m >= KEEP_M
 
 
 def test_what_a_dead_one_of_three_was_to_serve_is_served_by_another() -> None:
