@@ -13,10 +13,10 @@ yaw (VTE_YAW_EN). A measurement is fused as it comes: PX4 looks up the state of 
 import math
 from typing import Final
 
-from sitl_emu.autopilot.navigator.mission_block import LAND
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import LandingTargetPose, SensorGps, Topics, Vector3
 from sitl_emu.autopilot.vision_target_estimator.target_filter import TargetFilter
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import float32
 from sitl_emu.core.geodesy import EARTH_RADIUS_M
 
@@ -77,7 +77,7 @@ class VisionTargetEstimator:
         """Of the item that was flown last, however long ago; its place comes as float32, 0.4 m beside it at worst."""
         item, home = self._topics.navigator_mission_item, self._topics.home_position
         alt_m = item.altitude + (home.alt if item.altitude_is_relative else 0.0)
-        if item.nav_cmd != LAND or not math.isfinite(item.latitude + item.longitude + alt_m):
+        if item.nav_cmd != mavlink.MAV_CMD_NAV_LAND or not math.isfinite(item.latitude + item.longitude + alt_m):
             return None
         return float32(item.latitude), float32(item.longitude), float32(alt_m)
 
@@ -87,10 +87,8 @@ class VisionTargetEstimator:
         if dt_us > LONGEST_STEP_US or now_us - self._fused_us >= timeout_us:
             self._axes = []
             return
-        local, noise = (
-            self._topics.vehicle_local_position,
-            max(float(self._parameters["VTE_ACC_D_UNC"]), LEAST_VARIANCE),
-        )
+        local = self._topics.vehicle_local_position
+        noise = max(float(self._parameters["VTE_ACC_D_UNC"]), LEAST_VARIANCE)
         for axis, acceleration in zip(self._axes, (local.ax, local.ay, local.az), strict=True):
             axis.predict(dt_us * 1e-6, acceleration, noise)
 
@@ -108,14 +106,15 @@ class VisionTargetEstimator:
                     return
                 self._begin(now_us, distances, velocity)
             least = max(float(get["VTE_GPS_P_NOISE"]), LEAST_NOISE)
-            variances = (max(gps.eph, least) ** 2, max(gps.eph, least) ** 2, max(gps.epv, least) ** 2)
+            horizontal, vertical = max(least, gps.eph) ** 2, max(least, gps.epv) ** 2  # NaN counts as the least
+            variances = (horizontal, horizontal, vertical)
             fused = [
                 axis.fuse_distance(distance, variance, threshold)
                 for axis, distance, variance in zip(self._axes, distances, variances, strict=True)
             ]
             self._fused_us = now_us if any(fused) else self._fused_us
         if aids & RECEIVER_VELOCITY and knows_velocity:
-            variance = max(gps.s_variance_m_s, float(get["VTE_GPS_V_NOISE"]), LEAST_NOISE) ** 2
+            variance = max(LEAST_NOISE, float(get["VTE_GPS_V_NOISE"]), gps.s_variance_m_s) ** 2
             for axis, speed in zip(self._axes, velocity, strict=False):
                 axis.fuse_speed(speed, variance, threshold)
 

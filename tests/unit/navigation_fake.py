@@ -35,6 +35,8 @@ STEP_US = 40_000
 """Half as often as the autopilot runs them, for the sake of quick tests."""
 SPEED_M_S = 5.0
 PLACE = MapProjection(HOME_LAT, HOME_LON)
+READY_US = 7_000_000
+"""All is well by then, and the round of events that said so is two seconds old."""
 
 
 class FakeVehicle:
@@ -250,6 +252,14 @@ def ready() -> FakeVehicle:
     """On the ground, booted: it may be armed."""
     vehicle = FakeVehicle()
     vehicle.run(3.0)
+    return vehicle
+
+
+def settled(**parameters: float) -> FakeVehicle:
+    """On the ground, at READY_US, with texts forgotten."""
+    vehicle = FakeVehicle(**parameters)
+    vehicle.run(READY_US * 1e-6)
+    vehicle.take_texts()
     return vehicle
 
 

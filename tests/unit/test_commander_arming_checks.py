@@ -49,11 +49,9 @@ from sitl_emu.autopilot.topics import (
 )
 from sitl_emu.core import dialect as mavlink
 
-from .navigation_fake import FakeVehicle, item
+from .navigation_fake import READY_US, FakeVehicle, settled
 
 Spoil = Callable[[Topics], None]
-READY_US = 7_000_000
-"""All is well by then, and the round of events that said so is two seconds old."""
 NOT_CHECKS = {"__init__", "findings", "checks"}
 ONLY_WARN = {"logger", "companion_computer", "rally_point"}
 """They forbid nothing."""
@@ -115,13 +113,6 @@ FLAGS: dict[str, tuple[str, str, object, object]] = {
 """Check -> its flag, its topic, a bad and a good record of it."""
 
 
-def ready(**parameters: float) -> FakeVehicle:
-    vehicle = FakeVehicle(**parameters)
-    vehicle.run(READY_US * 1e-6)
-    vehicle.take_texts()
-    return vehicle
-
-
 def check(vehicle: FakeVehicle) -> None:
     """One round of all checks on the topics as they are."""
     vehicle.commander._checks.update(vehicle.now_us)
@@ -138,7 +129,7 @@ def test_every_check_stands_in_the_list_and_here() -> None:
 
 def test_what_forbids_arming_is_told_in_px4s_order() -> None:
     """Its list in HealthAndArmingChecks.hpp; a summary is before them, and another after."""
-    vehicle = ready(COM_PARACHUTE=2, COM_ARM_ODID=2, COM_ARM_TRAFF=2, NAV_DLL_ACT=2, COM_ARMABLE=0)
+    vehicle = settled(COM_PARACHUTE=2, COM_ARM_ODID=2, COM_ARM_TRAFF=2, NAV_DLL_ACT=2, COM_ARMABLE=0)
     vehicle.topics.failure_detector_status = FailureDetectorStatus(fd_pitch=True)
     vehicle.topics.battery_status = BatteryStatus(vehicle.now_us, True, warning=2)
     vehicle.topics.gcs_heartbeats = GcsHeartbeats()
@@ -154,7 +145,7 @@ def test_what_forbids_arming_is_told_in_px4s_order() -> None:
 
 @pytest.mark.parametrize("name", FORBIDS)
 def test_forbids_arming(name: str) -> None:
-    vehicle = ready(COM_RC_IN_MODE=3)
+    vehicle = settled(COM_RC_IN_MODE=3)
     if name in WANTS:
         vehicle.parameters.set(*WANTS[name])
     topic, bad = FORBIDS[name]
@@ -168,7 +159,7 @@ def test_forbids_arming(name: str) -> None:
 
 def test_modes_hear_of_sticks_one_run_later() -> None:
     """PX4's list: the modes' check is before that of sticks (flights of a PX4 v1.18: two rounds of events)."""
-    vehicle = ready()
+    vehicle = settled()
     vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
     for hears in (False, True):
         check(vehicle)
@@ -178,7 +169,7 @@ def test_modes_hear_of_sticks_one_run_later() -> None:
 
 def test_each_limit_of_the_fence_is_told_by_its_own_text() -> None:
     """PX4's geofenceCheck.cpp."""
-    vehicle = ready()
+    vehicle = settled()
     vehicle.topics.geofence_result = GeofenceResult(0, True, False, True, action=2)
     check(vehicle)
     texts = ["Geofence: exceeding maximum distance to Home", "Geofence: approaching or outside geofence"]
@@ -187,7 +178,7 @@ def test_each_limit_of_the_fence_is_told_by_its_own_text() -> None:
 
 def test_a_mission_that_cannot_be_completed_is_told() -> None:
     """PX4's missionCheck."""
-    vehicle = ready()
+    vehicle = settled()
     vehicle.topics.mission_result = MissionResult(valid=True, failure=True)
     check(vehicle)
     assert vehicle.topics.failsafe_flags.mission_failure
@@ -195,7 +186,7 @@ def test_a_mission_that_cannot_be_completed_is_told() -> None:
 
 
 def test_a_fence_that_sends_home_needs_one() -> None:
-    vehicle = ready()
+    vehicle = settled()
     vehicle.topics.geofence_result = GeofenceResult(action=3)
     check(vehicle)
     assert vehicle.take_texts() == []
@@ -207,7 +198,7 @@ def test_a_fence_that_sends_home_needs_one() -> None:
 
 @pytest.mark.parametrize("name", [name for name in FLAGS if name != "gps"])
 def test_flags(name: str) -> None:
-    vehicle = ready(COM_FLT_TIME_MAX=1, COM_WIND_MAX=8, COM_WIND_MAX_ACT=2)
+    vehicle = settled(COM_FLT_TIME_MAX=1, COM_WIND_MAX=8, COM_WIND_MAX_ACT=2)
     flag, topic, bad, good = FLAGS[name]
     for record, expected in ((bad, True), (good, False)):
         setattr(vehicle.topics, topic, record)
@@ -221,83 +212,16 @@ def test_flags(name: str) -> None:
     (2, True, []),
 ])  # fmt: skip
 def test_gps(com_arm_wo_gps: int, may_arm: bool, texts: list[str]) -> None:
-    vehicle = ready(COM_ARM_WO_GPS=com_arm_wo_gps)
+    vehicle = settled(COM_ARM_WO_GPS=com_arm_wo_gps)
     vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(gps_check_fail_flags=0b11)
     check(vehicle)
     assert bool(vehicle.topics.health_report.can_arm_mode_flags >> NavState.AUTO_LOITER & 1) is may_arm
     assert vehicle.take_texts() == texts
 
 
-@pytest.mark.parametrize(
-    ("parameter", "value", "may_arm", "texts"),
-    [
-        ("COM_PARACHUTE", 0, True, []),
-        ("COM_PARACHUTE", 1, True, []),
-        ("COM_PARACHUTE", 2, False, ["Preflight Fail: Parachute system missing"]),
-        ("COM_ARM_ODID", 0, True, []),
-        ("COM_ARM_ODID", 1, True, ["Preflight Fail: Open Drone ID system missing"]),
-        ("COM_ARM_ODID", 3, False, ["Preflight Fail: Open Drone ID system missing"]),
-        ("COM_ARM_TRAFF", 0, True, []),
-        ("COM_ARM_TRAFF", 1, True, ["Preflight Fail: Traffic avoidance system missing"]),
-        ("COM_ARM_TRAFF", 2, False, ["Preflight Fail: Traffic avoidance system missing"]),
-        ("COM_ARM_TRAFF", 3, True, ["Preflight Fail: Traffic avoidance system missing"]),
-    ],
-)
-def test_components_that_a_flight_may_need(parameter: str, value: int, may_arm: bool, texts: list[str]) -> None:
-    vehicle = ready()
-    vehicle.parameters.set(parameter, value)
-    vehicle.run(0.2)
-    assert bool(vehicle.topics.health_report.can_arm_mode_flags >> NavState.AUTO_LOITER & 1) is may_arm
-    assert vehicle.take_texts() == texts
-
-
-def test_without_a_traffic_avoidance_system_a_mission_alone_is_refused() -> None:
-    vehicle = ready(COM_ARM_TRAFF=3)
-    vehicle.upload(item(22, 0, 0, 10), item(16, 20, 0, 10), item(20))
-    vehicle.run(0.2)
-    assert vehicle.set_mode(4, 4) == 0
-    assert vehicle.arm() == 1
-    vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(adsb_us=vehicle.now_us)
-    assert vehicle.arm() == 0
-
-
-def all_are_heard(vehicle: FakeVehicle) -> None:
-    now_us = vehicle.now_us
-    vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(
-        onboard_us=now_us, parachute_us=now_us, open_drone_id_us=now_us, adsb_us=now_us
-    )
-
-
-def test_components_come_and_go() -> None:
-    """PX4's Commander::dataLinkCheck: a heartbeat is told of for 2.36 s; 3 or 5 s later it is missed."""
-    vehicle = ready()
-    all_are_heard(vehicle)
-    vehicle.run(5.3)
-    assert vehicle.take_texts() == []
-    vehicle.run(0.5)
-    assert "Traffic avoidance system lost\t" not in vehicle.said  # nobody wants one
-    assert [text for text in vehicle.take_texts() if text.endswith("lost")] == [
-        "Parachute system lost",
-        "Remote ID system lost",
-    ]
-    vehicle.parameters.set("COM_ARM_TRAFF", 3)
-    vehicle.run(1.5)
-    assert [text for text in vehicle.take_texts() if text.endswith("lost")] == ["Traffic avoidance system lost"]
-    vehicle.run(0.2)
-    assert [text for text in vehicle.take_texts() if text.endswith("lost")] == ["Connection to mission computer lost"]
-    all_are_heard(vehicle)
-    vehicle.run(1.0)
-    assert vehicle.take_texts() == [
-        "Onboard controller regained",
-        "Parachute system regained",
-        "Remote ID system regained",
-        "Traffic avoidance system regained",
-    ]
-
-
 def test_a_vehicle_that_lies_on_its_side_is_not_armed() -> None:
     """FD_FAIL_R 60 deg for 0.3 s."""
-    vehicle = ready()
+    vehicle = settled()
     vehicle.euler = (math.radians(61.0), 0.0, 0.0)
     vehicle.run(0.2)
     assert vehicle.topics.health_report.can_arm_mode_flags
@@ -312,7 +236,7 @@ def test_a_vehicle_that_lies_on_its_side_is_not_armed() -> None:
 @pytest.mark.parametrize(("limit", "found"), [(0.0, False), (5.0, True)])
 def test_a_propeller_out_of_balance_is_looked_for_where_there_is_a_limit(limit: float, found: bool) -> None:
     """FD_IMB_PROP_THR (PX4's FailureDetector::update)."""
-    vehicle = ready(FD_IMB_PROP_THR=limit)
+    vehicle = settled(FD_IMB_PROP_THR=limit)
     for _ in range(100):
         vehicle.topics.vehicle_imu_status = VehicleImuStatus(vehicle.now_us, var_accel=(100.0, 100.0, 0.0))
         vehicle.step()
@@ -320,7 +244,7 @@ def test_a_propeller_out_of_balance_is_looked_for_where_there_is_a_limit(limit: 
 
 
 def test_position_that_may_be_two_and_a_half_times_too_far_off_is_none() -> None:
-    vehicle = ready(COM_POS_FS_EPH=5.0)
+    vehicle = settled(COM_POS_FS_EPH=5.0)
     vehicle.topics.vehicle_local_position = vehicle.topics.vehicle_local_position._replace(eph=13.0)
     check(vehicle)
     assert vehicle.topics.failsafe_flags.local_position_invalid
@@ -328,7 +252,7 @@ def test_position_that_may_be_two_and_a_half_times_too_far_off_is_none() -> None
 
 
 def test_offboard_position_needs_a_position() -> None:
-    vehicle = ready()
+    vehicle = settled()
     setpoint = TrajectorySetpoint(position=(0.0, 0.0, -5.0))
     vehicle.topics.offboard_setpoint = OffboardSetpoint(vehicle.now_us, trajectory=setpoint)
     check(vehicle)
@@ -364,7 +288,7 @@ def test_offboard_needs_what_any_axis_of_the_setpoint_asks_for(
 
 
 def test_a_battery_that_falls_silent_is_not_well() -> None:
-    vehicle = ready()
+    vehicle = settled()
     vehicle.topics.battery_status_outside = BatteryStatus(vehicle.now_us, True, 16.0, 1.0, 0.9)
     vehicle.run(4.8)
     assert vehicle.take_texts() == []
@@ -382,7 +306,7 @@ def test_a_battery_that_falls_silent_is_not_well() -> None:
     ],
 )
 def test_what_there_is_not_is_not_asked_for(topic: str, bad: object, parameter: str, value: int) -> None:
-    vehicle = ready(**{parameter: value})
+    vehicle = settled(**{parameter: value})
     setattr(vehicle.topics, topic, bad)
     check(vehicle)
     assert vehicle.topics.health_report.can_arm_mode_flags
@@ -390,7 +314,7 @@ def test_what_there_is_not_is_not_asked_for(topic: str, bad: object, parameter: 
 
 
 def test_the_emptiest_battery_counts() -> None:
-    vehicle = ready()
+    vehicle = settled()
     vehicle.topics.battery_status_outside = BatteryStatus(vehicle.now_us, True, 14.0, 1.0, 0.06, warning=2)
     vehicle.run(0.2)
     assert vehicle.take_texts() == ["Critical battery"]
@@ -398,15 +322,15 @@ def test_the_emptiest_battery_counts() -> None:
 
 
 def test_parameters_that_ask_for_more_before_arming() -> None:
-    assert ready(COM_ARM_MIS_REQ=1).arm() == 1
-    half_empty = ready(COM_ARM_BAT_MIN=0.8)
+    assert settled(COM_ARM_MIS_REQ=1).arm() == 1
+    half_empty = settled(COM_ARM_BAT_MIN=0.8)
     half_empty.battery = half_empty.battery._replace(remaining=0.5)
     half_empty.run(0.2)
     assert half_empty.arm() == 1
 
 
 def test_a_log_is_present_while_it_is_written_and_three_seconds_longer() -> None:
-    vehicle = ready()
+    vehicle = settled()
     check(vehicle)
     assert not vehicle.topics.health_report.present & LOGGING
     vehicle.topics.logger_status = LoggerStatus(vehicle.now_us, True)
@@ -441,7 +365,7 @@ def test_a_hot_companion_is_a_warning_that_forbids_nothing(
 
 def test_texts_come_with_each_round_of_events_which_is_every_two_seconds_at_most() -> None:
     """PX4's Report::report; measured: a poor fix is told again with every change (arm_denied_no_gps)."""
-    vehicle = ready()
+    vehicle = settled()
     vehicle.battery = vehicle.battery._replace(warning=1)
     vehicle.run(0.3)
     assert vehicle.take_texts() == ["Low battery"]
@@ -456,7 +380,7 @@ def test_texts_come_with_each_round_of_events_which_is_every_two_seconds_at_most
 
 def test_a_failsafe_has_told_before_it_what_waits_but_by_events_alone() -> None:
     """FailsafeBase::notifyUser; measured: no text of an emergency 1.2 s after the critical warning (battery_drain)."""
-    vehicle = ready()
+    vehicle = settled()
     vehicle.take_off(10.0)
     vehicle.run(3.0)
     vehicle.take_texts()
@@ -473,7 +397,7 @@ def test_a_failsafe_has_told_before_it_what_waits_but_by_events_alone() -> None:
 
 def test_a_gps_that_falls_silent_is_healthy_but_no_longer_present_once_it_is_not_fused() -> None:
     """PX4's estimatorCheck tells a poor fix and no silence; what the position then lacks denies arming."""
-    vehicle = ready(COM_ARM_WO_GPS=0)
+    vehicle = settled(COM_ARM_WO_GPS=0)
     for fused in (True, False):
         flags = 0b111 if fused else 0b011
         vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(control_mode_flags=flags)
@@ -484,7 +408,7 @@ def test_a_gps_that_falls_silent_is_healthy_but_no_longer_present_once_it_is_not
 
 def test_a_sensor_is_unhealthy_with_any_failure_of_it_and_then_wanted_whether_it_is_there_or_not() -> None:
     """PX4's SYS_STATUS.hpp: not calibrated, or not used by the filter."""
-    vehicle = ready(CAL_MAG0_ID=0)
+    vehicle = settled(CAL_MAG0_ID=0)
     vehicle.topics.estimator_status = EstimatorStatus(vehicle.now_us, gps_check_fail_flags=1)
     check(vehicle)
     report = vehicle.topics.health_report
@@ -493,7 +417,7 @@ def test_a_sensor_is_unhealthy_with_any_failure_of_it_and_then_wanted_whether_it
 
 
 def test_a_poor_fix_and_a_lost_position_are_unhealthy() -> None:
-    vehicle = ready()
+    vehicle = settled()
     vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(gps_check_fail_flags=1)
     check(vehicle)
     assert not vehicle.topics.health_report.health & GPS

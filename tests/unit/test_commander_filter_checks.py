@@ -16,8 +16,8 @@ from sitl_emu.autopilot.topics import (
     WindEstimate,
 )
 
-from .navigation_fake import FakeVehicle
-from .test_commander_arming_checks import check, ready
+from .navigation_fake import FakeVehicle, settled
+from .test_commander_arming_checks import check
 
 
 def levels_of(vehicle: FakeVehicle, name: str) -> list[int]:
@@ -26,7 +26,7 @@ def levels_of(vehicle: FakeVehicle, name: str) -> list[int]:
 
 def test_a_gps_that_is_no_longer_used_in_flight_is_told() -> None:
     """PX4's estimatorCheck: the event alone, an error for people and a remark for the log."""
-    vehicle = ready()
+    vehicle = settled()
     vehicle.take_off(5.0)
     for fused in (False, True):
         vehicle.topics.estimator_status = EstimatorStatus(vehicle.now_us, control_mode_flags=0b111 if fused else 0b011)
@@ -38,7 +38,7 @@ def test_a_gps_that_is_no_longer_used_in_flight_is_told() -> None:
 
 def test_a_position_that_is_about_to_be_lost_is_told_once() -> None:
     """0.9 of 2.5 times COM_POS_FS_EPH (setModeRequirementFlags)."""
-    vehicle = ready(COM_POS_FS_EPH=5.0)
+    vehicle = settled(COM_POS_FS_EPH=5.0)
     flags = EstimatorStatusFlags(vehicle.now_us, cs_inertial_dead_reckoning=True, cs_yaw_align=True)
     vehicle.topics.estimator_status_flags = flags
     for eph, told in ((11.2, []), (11.3, [0x63]), (11.4, [0x63])):
@@ -59,7 +59,7 @@ def test_a_position_that_is_about_to_be_lost_is_told_once() -> None:
 def test_what_the_filter_complains_of_forbids_the_modes_that_need_it(
     status: dict[str, Any], flags: dict[str, Any], text: str, may_hold: bool, may_fly_acro: bool
 ) -> None:
-    vehicle = ready()
+    vehicle = settled()
     topics = vehicle.topics
     topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
     topics.failsafe_flags = topics.failsafe_flags._replace(manual_control_signal_lost=False)  # of the run before
@@ -83,7 +83,7 @@ def test_what_the_filter_complains_of_forbids_the_modes_that_need_it(
 )
 def test_a_bias_near_its_limit_forbids_arming(bias: dict[str, Any], event: str | None, told: tuple[float, ...]) -> None:
     """PX4's checkSensorBias; measured: High Accelerometer Bias (flight orbit_15m)."""
-    vehicle, variance = ready(), (1e-4, 1e-4, 1e-4)
+    vehicle, variance = settled(), (1e-4, 1e-4, 1e-4)
     vehicle.topics.estimator_sensor_bias = EstimatorSensorBias(
         vehicle.now_us, gyro_bias=(0.0, 0.0, 0.0), gyro_bias_limit=0.15, gyro_bias_variance=variance,
         gyro_bias_valid=True, accel_bias=(0.0, 0.0, 0.0), accel_bias_limit=0.4, accel_bias_variance=variance,
@@ -96,7 +96,7 @@ def test_a_bias_near_its_limit_forbids_arming(bias: dict[str, Any], event: str |
 
 
 def test_a_magnetic_field_that_is_another_forbids_arming_where_that_is_wanted() -> None:
-    vehicle = ready(COM_ARM_MAG_STR=1)
+    vehicle = settled(COM_ARM_MAG_STR=1)
     status = vehicle.topics.estimator_status
     vehicle.topics.estimator_status = status._replace(pre_flt_fail_mag_field_disturbed=True)
     check(vehicle)
@@ -105,7 +105,7 @@ def test_a_magnetic_field_that_is_another_forbids_arming_where_that_is_wanted() 
 
 def test_a_global_position_and_a_home_may_be_wanted_for_arming() -> None:
     """COM_ARM_WO_GPS 0 (systemCheck)."""
-    vehicle = ready(COM_ARM_WO_GPS=0)
+    vehicle = settled(COM_ARM_WO_GPS=0)
     home = vehicle.topics.home_position
     vehicle.topics.home_position = HomePosition()
     check(vehicle)
@@ -113,7 +113,7 @@ def test_a_global_position_and_a_home_may_be_wanted_for_arming() -> None:
     vehicle.topics.home_position = home
     vehicle.run(2.1)
     assert vehicle.arm() == 0
-    vehicle = ready(COM_ARM_WO_GPS=0)
+    vehicle = settled(COM_ARM_WO_GPS=0)
     vehicle.topics.vehicle_global_position = VehicleGlobalPosition()
     check(vehicle)
     assert vehicle.take_texts() == ["Preflight Fail: Global position estimate required"]
@@ -138,7 +138,7 @@ def test_high_wind_is_told_at_once_and_every_minute(
     parameters: dict[str, float], mode: NavState, told: list[tuple[str, int]]
 ) -> None:
     """PX4's windCheck: events alone, and nobody who comes home already is advised to."""
-    vehicle = ready(**parameters)
+    vehicle = settled(**parameters)
     vehicle.topics.vehicle_status = vehicle.topics.vehicle_status._replace(nav_state=mode)
     vehicle.topics.wind = WindEstimate(vehicle.now_us, 0.0, -6.5)
     vehicle.events.recent.clear()

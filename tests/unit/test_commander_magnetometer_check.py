@@ -6,7 +6,7 @@ from sitl_emu.autopilot.commander.arming_checks import magnetometer
 from sitl_emu.autopilot.commander.arming_checks.findings import Findings
 from sitl_emu.core import dialect as mavlink
 
-from .test_commander_arming_checks import ready
+from .navigation_fake import settled
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ def test_as_many_compasses_as_sys_has_mag_says_are_calibrated_and_enabled(
     parameters: dict[str, int], text: str | None
 ) -> None:
     """Asked of a real PX4: a priority of -1, which is PX4's default, does not count."""
-    vehicle = ready()
+    vehicle = settled()
     for name, value in parameters.items():
         vehicle.parameters.set(name, value)
     vehicle.run(3.0)
@@ -32,7 +32,7 @@ def test_as_many_compasses_as_sys_has_mag_says_are_calibrated_and_enabled(
 
 
 def test_a_compass_that_the_estimator_takes_for_faulty_forbids_arming() -> None:
-    vehicle = ready()
+    vehicle = settled()
     vehicle.topics.estimator_status_flags = vehicle.topics.estimator_status_flags._replace(cs_mag_fault=True)
     findings = Findings()
     magnetometer.check(vehicle.now_us, vehicle.topics, vehicle.commander._checks._settings, findings)

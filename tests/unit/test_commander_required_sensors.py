@@ -7,8 +7,8 @@ import pytest
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import DistanceSensorSample, SensorGps, VehicleOpticalFlow
 
-from .navigation_fake import FakeVehicle
-from .test_commander_arming_checks import check, ready
+from .navigation_fake import FakeVehicle, settled
+from .test_commander_arming_checks import check
 from .test_commander_failsafe import flying
 
 OLD_US, NEW_US = 5_000_000, 7_000_000
@@ -60,7 +60,7 @@ def failures(vehicle: FakeVehicle) -> list[tuple[str, tuple[float, ...]]]:
 def test_what_is_not_there_is_told(
     parameters: dict[str, float], topics: dict[str, Any], expected: list[tuple[str, tuple[float, ...]]]
 ) -> None:
-    vehicle = ready(**parameters)
+    vehicle = settled(**parameters)
     for name, record in topics.items():
         setattr(vehicle.topics, name, record)
     assert failures(vehicle) == expected
@@ -70,7 +70,7 @@ def test_what_is_not_there_is_told(
 def test_a_receiver_that_is_missing_forbids_arming_where_its_loss_would_end_the_flight(
     com_gnssloss_act: int, may_arm: bool
 ) -> None:
-    vehicle = ready(SYS_HAS_NUM_GNSS=2, COM_GNSSLOSS_ACT=com_gnssloss_act)
+    vehicle = settled(SYS_HAS_NUM_GNSS=2, COM_GNSSLOSS_ACT=com_gnssloss_act)
     check(vehicle)
     assert bool(vehicle.topics.health_report.can_arm_mode_flags) is may_arm
 
@@ -101,7 +101,7 @@ def test_a_receiver_that_is_lost_in_flight(com_gnssloss_act: int, mode: NavState
 def test_a_channel_has_its_centre_between_its_ends(
     parameter: str, value: int, com_rc_in_mode: int, texts: list[str]
 ) -> None:
-    vehicle = ready(COM_RC_IN_MODE=com_rc_in_mode)
+    vehicle = settled(COM_RC_IN_MODE=com_rc_in_mode)
     vehicle.parameters.set(parameter, value)
     check(vehicle)
     assert vehicle.take_texts() == texts

@@ -113,7 +113,7 @@ def test_a_target_that_stands_has_a_course_to_the_north_and_is_approached_from_t
     assert setpoint.position[:2] == pytest.approx((8.0, 40.0), abs=0.2)
     assert setpoint.yaw == pytest.approx(math.pi / 2.0, abs=0.05)
     follow(follower, 3.0, (0.0, 40.0), (0.0, 0.0))
-    assert follower.topics.trajectory_setpoint.position[1] < 37.0  # by the west (seven flights of a PX4 v1.18)
+    assert follower.topics.trajectory_setpoint.position[1] < 37.0  # by the west, as a PX4 v1.18 in drawn flights
     follow(follower, 27.0, (0.0, 40.0), (0.0, 0.0))
     local = follower.topics.vehicle_local_position
     assert (local.x, local.y) == pytest.approx((-8.0, 40.0), abs=0.5)

@@ -5,7 +5,6 @@ import math
 
 import pytest
 
-from sitl_emu.autopilot.navigator.mission_block import LAND
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     HomePosition,
@@ -20,6 +19,7 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.autopilot.vision_target_estimator.target_filter import TargetFilter
 from sitl_emu.autopilot.vision_target_estimator.vision_target_estimator import VisionTargetEstimator
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import float32
 from sitl_emu.core.geodesy import MapProjection
 
@@ -40,11 +40,14 @@ class Lander:
         self.now_us = 5_000_000
         self.error_north_m = 0.0
         """Of the receiver's position."""
+        self.eph = self.epv = self.s_variance_m_s = 0.5
         self.lands_precisely = self.has_gps = True
         self.topics.vehicle_land_detected = VehicleLandDetected(1, False, False, False)
         lat, lon = PLACE.reproject(NORTH, EAST)
         self.topics.home_position = HomePosition(valid=True, lat=LAT, lon=LON, alt=HOME_ALT)
-        self.topics.navigator_mission_item = NavigatorMissionItem(1, 3, LAND, lat, lon, 0.0, altitude_is_relative=True)
+        self.topics.navigator_mission_item = NavigatorMissionItem(
+            1, 3, mavlink.MAV_CMD_NAV_LAND, lat, lon, 0.0, altitude_is_relative=True
+        )
 
     def run(self, seconds: float) -> list[LandingTargetPose]:
         """What is told meanwhile."""
@@ -57,7 +60,17 @@ class Lander:
             if self.has_gps and now % GPS_EVERY_US == 0:
                 lat, lon = PLACE.reproject(self.error_north_m, 0.0)
                 topics.sensor_gps = SensorGps(
-                    now, lat, lon, HOME_ALT + 8.0, 0.0, 0.0, 0.0, 0.6, 0.9, fix_type=3, s_variance_m_s=0.2
+                    now,
+                    lat,
+                    lon,
+                    HOME_ALT + 8.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                    self.eph,
+                    self.epv,
+                    3,
+                    s_variance_m_s=self.s_variance_m_s,
                 )
             before = topics.landing_target_pose
             self.estimator.update(now)
@@ -84,6 +97,15 @@ def test_a_receiver_that_is_off_moves_it() -> None:
     lander.error_north_m = 1.0
     after = lander.run(30.0)[-1]
     assert after.x_abs - before.x_abs == pytest.approx(-1.0, abs=0.1)
+
+
+def test_a_receiver_that_does_not_know_its_errors_counts_with_the_least() -> None:
+    """Fmaxf of PX4's processObsGNSSPosMission takes no NaN."""
+    known, unknown = Lander(), Lander()
+    known.eph = known.epv = 0.5  # VTE_GPS_P_NOISE
+    known.s_variance_m_s = 0.3  # VTE_GPS_V_NOISE
+    unknown.eph = unknown.epv = unknown.s_variance_m_s = math.nan
+    assert unknown.run(3.0) == known.run(3.0) != []
 
 
 @pytest.mark.parametrize(
