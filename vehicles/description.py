@@ -243,6 +243,8 @@ class Lidar:
     """The same as a share of the distance, where that is more than accuracy_m."""
     tells_quality: bool = True
     """Whether it says how well it sees the ground."""
+    is_px4s: bool = False
+    """As in PX4's SIH it sees nothing valid where it touches the ground, or is in it: the distance is negative there."""
 
 
 @dataclass(frozen=True, slots=True)

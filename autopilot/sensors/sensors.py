@@ -325,14 +325,14 @@ class Sensors:
         if message.orientation != DOWNWARD:
             return
         distance, nearest, farthest = message.current_distance, message.min_distance, message.max_distance
-        good = nearest <= distance <= farthest and message.signal_quality != INVALID_SIGNAL_QUALITY
+        within = nearest <= distance <= farthest
         self._topics.distance_sensor = DistanceSensorSample(
             message.time_boot_ms * 1000,
-            distance * 1e-2 if good else NAN,
+            distance * 1e-2 if within else NAN,
             nearest * 1e-2,
             farthest * 1e-2,
             message.orientation,
-            signal_quality=signal_quality(message.signal_quality, within=nearest <= distance <= farthest),
+            signal_quality=signal_quality(message.signal_quality, within=within),
         )
 
     def _on_ranging_beacon(self, message: RangingBeacon) -> None:

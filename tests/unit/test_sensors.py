@@ -91,13 +91,16 @@ def test_gps_units() -> None:
 
 
 @pytest.mark.parametrize(
-    ("distance_cm", "quality", "expected"), [(350, 0, 3.5), (350, 100, 3.5), (1201, 0, None), (350, 1, None)]
+    ("distance_cm", "told", "distance_m", "quality"),
+    [(350, 0, 3.5, -1), (350, 100, 3.5, 100), (1201, 0, math.nan, 0), (350, 1, 3.5, 0), (1201, 1, math.nan, 0)],
 )
-def test_distance_out_of_range_is_nan(distance_cm: int, quality: int, expected: float | None) -> None:
+def test_distance_out_of_range_is_nan_and_worth_nothing(
+    distance_cm: int, told: int, distance_m: float, quality: int
+) -> None:
     reader, topics = sensors()
-    reader.update([DistanceSensor(4, 20, 1200, distance_cm, 0, 0, 25, 0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), quality), IMU])
-    current = topics.distance_sensor.current_distance
-    assert math.isnan(current) if expected is None else current == pytest.approx(expected)
+    reader.update([DistanceSensor(4, 20, 1200, distance_cm, 0, 0, 25, 0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), told), IMU])
+    assert topics.distance_sensor.current_distance == pytest.approx(distance_m, nan_ok=True)
+    assert topics.distance_sensor.signal_quality == quality
 
 
 def test_a_forward_lidar_is_no_height() -> None:

@@ -172,6 +172,15 @@ def test_lidar_reads_in_range_and_says_so_out_of_it() -> None:
         assert blind.signal_quality == 1
 
 
+def test_px4s_own_lidar_sees_nothing_valid_on_the_ground_and_below() -> None:
+    lidar = Lidar(present(vehicles.load("sihsim_hex").sensors.lidar), FlatGround(), 1, "uas")
+    shots = [lidar.read(0, 0.0, 0.0, down_m, LEVEL) for down_m in (-2.0, 0.0, 0.3)]
+    assert [(shot.current_distance, shot.signal_quality) for shot in shots] == [(200, 0), (0, 1), (0, 1)]
+    lidar.override_m = 0.0
+    shot = lidar.read(0, 0.0, 0.0, 0.3, LEVEL)
+    assert (shot.current_distance, shot.signal_quality) == (0, 0), "SIH_DISTSNSR_OVR is believed"
+
+
 def test_an_m8n_is_a_word_and_has_its_circle() -> None:
     m8n = vehicles.with_sensors(vehicles.load("responder"), {"gps": "m8n"}).sensors.gps
     away = [math.hypot(north, east) for seed in range(3000) for north, east, _ in gps_errors(seed, "uas", 0.004, m8n)]

@@ -2,8 +2,9 @@
 
 The beam is followed by fixed-point iteration on the height map (which converges on slopes less steep than the beam
 is from the horizon). Nothing in range is reported as MAVLink's convention and PX4 expect it: current_distance one
-centimetre above max_distance, signal quality 1 ("invalid"). It errs by white noise and by an error that lasts. Canopy
-and crop of a world's `cover` are met where they have leaves; water is heard from steeply above alone, and never what
+centimetre above max_distance, signal quality 1 ("invalid"). On the ground PX4's own (`is_px4s`) says 0 cm and 1: the
+vehicle stands a little below it (Sih::send_dist_snsr). It errs by white noise and by an error that lasts. Canopy and
+crop of a world's `cover` are met where they have leaves; water is heard from steeply above alone, and never what
 lies below it (`areas.py`). Flames, smoke and the corn field's plants are not seen.
 """
 
@@ -72,11 +73,12 @@ class Lidar:
             seen = self.override_m
         in_range = data.min_distance_m <= seen <= data.max_distance_m
         max_cm = round(data.max_distance_m * 100)
+        is_grounded = data.is_px4s and distance <= 0.0 and self.override_m < 0.0
         return DistanceSensor(
             time_us // 1000,
             round(data.min_distance_m * 100),
             max_cm,
-            round(seen * 100) if in_range else max_cm + 1,
+            0 if is_grounded else round(seen * 100) if in_range else max_cm + 1,
             LASER,
             0,
             DOWNWARD_FACING,
@@ -84,7 +86,7 @@ class Lidar:
             0.0,
             0.0,
             (0.0, 0.0, 0.0, 0.0),
-            self._quality if in_range else self._no_quality,
+            NO_SIGNAL if is_grounded else self._quality if in_range else self._no_quality,
         )
 
 
