@@ -244,7 +244,7 @@ class Lidar:
     tells_quality: bool = True
     """Whether it says how well it sees the ground."""
     is_px4s: bool = False
-    """As in PX4's SIH it sees nothing valid where it touches the ground or is in it, as it tells a negative distance."""
+    """As PX4's SIH has it: where it touches the ground or is in it, it sees nothing valid."""
 
 
 @dataclass(frozen=True, slots=True)
