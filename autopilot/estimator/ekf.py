@@ -393,11 +393,13 @@ class Ekf:
         return float(self.p[0, 0]) + float(self.p[1, 1])
 
     def fuse_velocity(self, aid: AidSource) -> bool:
-        """All three axes, unless one was rejected."""
+        """North and east, and down where it is told, unless one was rejected."""
         if aid.innovation_rejected:
             return False
         self._fuse_axes(cov.VELOCITY, aid)
-        self.hor_vel_fused_us = self.ver_vel_fused_us = self.time_us
+        self.hor_vel_fused_us = self.time_us
+        if len(aid.innovation) == 3:
+            self.ver_vel_fused_us = self.time_us
         return True
 
     def fuse_horizontal_position(self, aid: AidSource) -> bool:

@@ -4,7 +4,7 @@ It hands samples of all sensors to the filter (fusion.py), which runs as far beh
 publishes what the output predictor makes of it at present. The state is predicted with every second IMU sample
 (125 Hz), the covariance every 64 ms; what is fused, and how, is a file for each sensor (aid_sources/).
 
-Not here: airspeed and sideslip, GNSS heading, ranging beacons, auxiliary velocities, several instances.
+Not here: airspeed and sideslip, GNSS heading, ranging beacons, several instances.
 """
 
 import math
@@ -18,6 +18,7 @@ from sitl_emu.autopilot.estimator.records import ACCEL, GYRO, MAG, Records
 from sitl_emu.autopilot.estimator.resets import reset_accel_bias, reset_gyro_bias
 from sitl_emu.autopilot.estimator.samples import (
     AuxiliarySample,
+    AuxiliaryVelocitySample,
     BaroSample,
     FlowSample,
     GnssSample,
@@ -83,7 +84,7 @@ class Estimator:
         self._mag, self._baro = topics.vehicle_magnetometer, topics.vehicle_air_data
         self._gps, self._range = topics.sensor_gps, topics.distance_sensor
         self._flow, self._vision = topics.vehicle_optical_flow, topics.vehicle_visual_odometry
-        self._auxiliary = topics.aux_global_position
+        self._auxiliary, self._target = topics.aux_global_position, topics.landing_target_pose
         self._status, self._land = topics.vehicle_status, topics.vehicle_land_detected
         self._mag_calibration = self._baro_calibration = -1
         self._accel_calibration = self._gyro_calibration = 0
@@ -152,6 +153,8 @@ class Estimator:
             self._on_vision(now_us, self._vision)
         if topics.aux_global_position is not self._auxiliary:
             self._on_auxiliary(now_us)
+        if topics.landing_target_pose is not self._target:
+            self._on_landing_target(now_us)
         if topics.vehicle_optical_flow is not self._flow:
             self._on_flow(now_us)
         if topics.sensor_gps is not self._gps:
@@ -288,6 +291,17 @@ class Estimator:
                     told.timestamp_sample, told.lat, told.lon, told.alt, told.eph, told.epv, told.lat_lon_reset_counter
                 )
                 self.fusion.auxiliary.on_sample(now_us, told.id, sample, self._claim)
+
+    def _on_landing_target(self, now_us: int) -> None:
+        """A target that is seen tells how fast the vehicle is."""
+        self._target = target = self._topics.landing_target_pose
+        if self._settings["EKF2_AVEL_EN"] and target.rel_vel_ekf2_valid:
+            sample = AuxiliaryVelocitySample(
+                self._due(target.timestamp, "EKF2_AVEL_DELAY"),
+                (-target.vx_rel, -target.vy_rel),
+                (target.cov_vx_rel, target.cov_vy_rel),
+            )
+            self.fusion.auxiliary_velocity.buffer.push(now_us, sample, self.fusion.observation_interval_us)
 
     def _claim(self, parameter: str, number: int) -> None:
         self._parameters.set(parameter, number, notify=False)

@@ -8,6 +8,7 @@ from collections import deque
 from typing import Final
 
 from sitl_emu.autopilot.estimator.aid_sources.aux_global_position import AuxGlobalPosition
+from sitl_emu.autopilot.estimator.aid_sources.auxiliary_velocity import AuxiliaryVelocity
 from sitl_emu.autopilot.estimator.aid_sources.baro_height import BaroHeight
 from sitl_emu.autopilot.estimator.aid_sources.drag import Drag
 from sitl_emu.autopilot.estimator.aid_sources.external_vision import ExternalVision
@@ -51,6 +52,7 @@ class Fusion:
         self.auxiliary, self.drag, self.baro = AuxGlobalPosition(ekf), Drag(ekf), BaroHeight(ekf)
         self.gnss_height, self.range = GnssHeight(ekf, self.gnss), RangeHeight(ekf)
         self.gravity, self.vision = Gravity(ekf), ExternalVision(ekf)
+        self.auxiliary_velocity = AuxiliaryVelocity(ekf)
         self.zero_velocity, self.zero_gyro = ZeroVelocity(ekf), ZeroGyro(ekf)
         self.fake_position, self.fake_height = FakePosition(ekf), FakeHeight(ekf)
         self._dead_reckoning = DeadReckoning(ekf)
@@ -134,6 +136,8 @@ class Fusion:
         find_height_reference(ekf)
         if self.vision.buffer.due(time_us, late_us):
             self.vision.control(imu)
+        if time_us >= self.auxiliary_velocity.buffer.next_us:
+            self.auxiliary_velocity.control(time_us)
         if looks_after:
             self._look_after(imu)
         yaw_aiding = flags.mag_hdg or flags.mag_3d or flags.ev_yaw

@@ -61,6 +61,14 @@ class AuxiliarySample(NamedTuple):
     reset_counter: int
 
 
+class AuxiliaryVelocitySample(NamedTuple):
+    """North and east, m/s, with variances."""
+
+    time_us: int
+    velocity: tuple[float, float]
+    variances: tuple[float, float]
+
+
 class MagSample(NamedTuple):
     """Field in the body frame (gauss); `reset`: another sensor or another calibration than before."""
 

@@ -6,7 +6,7 @@ NaN. The battery is `battery.py`'s. Here the failures that were injected befall 
 nothing, one that is stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty.
 Calibrations (CAL_*, SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to SENS_BARO_RATE and
 SENS_MAG_RATE (vehicle_air_data, vehicle_magnetometer), unless they have said the same for too long;
-HIL_STATE_QUATERNION (the truth) is kept for the log alone.
+HIL_STATE_QUATERNION (the truth) is kept for the log and for who asks for it.
 """
 
 import math

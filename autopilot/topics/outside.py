@@ -91,6 +91,22 @@ class LandingTargetPose(NamedTuple):
     x_abs: float = NAN
     y_abs: float = NAN
     z_abs: float = NAN
+    vx_rel: float = NAN
+    """The target's velocity from the vehicle, north and east, m/s; variances."""
+    vy_rel: float = NAN
+    cov_vx_rel: float = NAN
+    cov_vy_rel: float = NAN
+    rel_vel_ekf2_valid: bool = False
+    """It stands, and was seen just now."""
+
+
+class FiducialMarkerPosReport(NamedTuple):
+    """Where a camera sees the target of a precision landing: m in a frame that `q` turns into NED, variances in m²."""
+
+    timestamp: int = 0
+    rel_pos: Vector3 = NAN3
+    cov_rel_pos: Vector3 = NAN3
+    q: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 
 class FollowTarget(NamedTuple):

@@ -202,7 +202,7 @@ class BatteryStatus(NamedTuple):
 
 
 class GroundTruth(NamedTuple):
-    """What the simulator says is true (HIL_STATE_QUATERNION), for the log alone. x, y, z from where it first was."""
+    """What the simulator says is true (HIL_STATE_QUATERNION); no one flies by it. x, y, z from where it first was."""
 
     timestamp: int = 0
     q: Quaternion = (1.0, 0.0, 0.0, 0.0)

@@ -87,6 +87,7 @@ from sitl_emu.autopilot.topics.outside import (
     DebugKeyValue,
     DebugValue,
     DebugVect,
+    FiducialMarkerPosReport,
     FollowTarget,
     GcsHeartbeats,
     LandingTargetPose,
@@ -253,6 +254,7 @@ class Topics:
         self.distance_sensor_outside = DistanceSensorSample()
         self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
         self.landing_target_pose = LandingTargetPose()
+        self.fiducial_marker_pos_report = FiducialMarkerPosReport()
         self.follow_target = FollowTarget()
         self.velocity_limits = VelocityLimits()
         self.input_rc = InputRc()

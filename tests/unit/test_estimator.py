@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sitl_emu.autopilot.estimator.ekf import RANGE
-from sitl_emu.autopilot.topics import DistanceSensorSample, Vector3
+from sitl_emu.autopilot.topics import DistanceSensorSample, LandingTargetPose, Vector3
 from tests.typed import now
 from tests.unit.estimator_feed import ALT_M, DECLINATION, LAT, LON, Feed
 
@@ -292,6 +292,28 @@ def test_heights_that_count_from_the_ground_do_so_all_the_time() -> None:
         references.add(feed.estimator.ekf.height_reference if feed.time_s > 5.0 else RANGE)
     assert feed.estimator.ekf.flags.rng_hgt
     assert references == {RANGE}
+
+
+@pytest.mark.parametrize(("enabled", "seen"), [(1, True), (1, False), (0, True)])
+def test_a_landing_target_that_is_seen_tells_the_speed(enabled: int, seen: bool) -> None:
+    """It stands: its speed from the vehicle, 0.6 m/s to the south, is the vehicle's to the north (EKF2_AVEL_EN)."""
+    feed = Feed(circle)
+    feed.parameters.set("EKF2_AVEL_EN", enabled)
+    feed.run(6.0)
+    off = []
+    for _ in range(250):
+        _, velocity, _ = circle(feed.time_s)
+        feed.topics.landing_target_pose = LandingTargetPose(
+            feed.ticks * 4000,
+            vx_rel=-velocity[0] - 0.6,
+            vy_rel=-velocity[1],
+            cov_vx_rel=0.01,
+            cov_vy_rel=0.01,
+            rel_vel_ekf2_valid=seen,
+        )
+        feed.run(0.02)
+        off.append(feed.topics.vehicle_local_position.vx - circle(feed.time_s)[1][0])
+    assert (off[-1] > 0.4) == bool(enabled and seen)
 
 
 def test_same_sensors_same_estimate() -> None:

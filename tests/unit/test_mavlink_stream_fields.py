@@ -10,6 +10,7 @@ from sitl_emu.autopilot.topics import (
     EstimatorStates,
     FailsafeFlags,
     GeofenceResult,
+    GroundTruth,
     HomePosition,
     LandingTargetPose,
     ManualControlSetpoint,
@@ -29,6 +30,21 @@ from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import ALT_M, GCS, ONBOARD, Peer, command_long, only
 
 REQUEST_MESSAGE = mavlink.MAV_CMD_REQUEST_MESSAGE
+
+
+def test_the_truth_is_the_simulators() -> None:
+    """Without a time, and in whole m/s² (streams/HIL_STATE_QUATERNION.hpp); the estimate is another thing."""
+    peer = Peer()
+    peer.fly()
+    peer.topics.groundtruth = GroundTruth(
+        4_000, (0.5, 0.5, 0.5, 0.5), (0.1, 0.2, 0.3), 47.0000001, 8.5, 501.25, vx=1.25, vy=-0.5, vz=0.0,
+        ax=1.9, ay=-1.9, az=0.0,
+    )  # fmt: skip
+    truth = only(peer.send(command_long(REQUEST_MESSAGE, 115)), "HIL_STATE_QUATERNION")[0]
+    assert (truth.time_usec, truth.lat, truth.lon, truth.alt) == (0, 470000001, 85000000, 501250)
+    assert truth.attitude_quaternion == [0.5] * 4
+    assert (truth.rollspeed, truth.pitchspeed, truth.yawspeed) == pytest.approx((0.1, 0.2, 0.3))
+    assert (truth.vx, truth.vy, truth.vz, truth.xacc, truth.yacc, truth.zacc) == (125, -50, 0, 1, -1, 0)
 
 
 def test_what_sensors_of_others_gave_is_told() -> None:

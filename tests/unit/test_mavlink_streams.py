@@ -45,13 +45,14 @@ OF_OTHERS = {
 }
 """Streams of what others have sent before."""
 NOT_YET = OF_OTHERS | {
+    "HIL_STATE_QUATERNION",
     "NAV_CONTROLLER_OUTPUT",
     "ORBIT_EXECUTION_STATUS",
     "POSITION_TARGET_GLOBAL_INT",
     "RC_CHANNELS",
     "WIND_COV",
 }
-"""Streams without data on a vehicle that stands disarmed."""
+"""Streams without data on a vehicle that stands disarmed, in a simulation that tells no truth."""
 ONCE = {"AVAILABLE_MODES", "GPS_GLOBAL_ORIGIN"}
 """When it is known, and when it changes."""
 SELDOM_HZ = 0.2

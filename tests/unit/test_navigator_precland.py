@@ -232,7 +232,7 @@ def landing_target(**changes: Any) -> Any:
 def test_a_position_is_taken_in_local_ned_alone() -> None:
     peer = Peer()
     peer.send(landing_target(x=4.0, y=-3.0, z=0.5, position_valid=1))
-    assert peer.topics.landing_target_pose[1:] == (4.0, -3.0, 0.5)
+    assert peer.topics.landing_target_pose[1:4] == (4.0, -3.0, 0.5)
     before = peer.topics.landing_target_pose
     peer.send(landing_target(x=9.0, position_valid=1, frame=12))
     assert peer.topics.landing_target_pose is before
@@ -261,7 +261,32 @@ def test_a_target_is_seen_from_the_vehicle(frame: int, q: tuple[float, ...], pla
     peer.topics.vehicle_local_position = VehicleLocalPosition(1, xy_valid=True, z_valid=True, x=10.0, y=20.0, z=-8.0)
     peer.topics.vehicle_attitude = VehicleAttitude(1, quaternion(0.0, 0.0, math.pi / 2.0))
     peer.send(target_relative(frame, q or (0.0,) * 4))
-    assert peer.topics.landing_target_pose[1:] == pytest.approx(place, abs=1e-4)
+    assert peer.topics.landing_target_pose[1:4] == pytest.approx(place, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("frame", "q", "seen", "attitude"),
+    [
+        (0, (), (-6.0, -23.0, 8.5), (1.0, 0.0, 0.0, 0.0)),
+        (1, (), (4.0, -3.0, 0.5), (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))),
+        (2, (), (4.0, -3.0, 0.5), (1.0, 0.0, 0.0, 0.0)),
+        (3, (0.0, 0.0, 0.0, 2.0), (4.0, -3.0, 0.5), (0.0, 0.0, 0.0, 1.0)),
+    ],
+)
+def test_the_vision_target_estimator_is_told_what_is_seen(
+    frame: int, q: tuple[float, ...], seen: tuple[float, ...], attitude: tuple[float, ...]
+) -> None:
+    """VTE_EN is 1 by default: from the vehicle, in the frame that the attitude turns into NED, with variances."""
+    peer = Peer()
+    peer.now_us = 7000
+    peer.topics.vehicle_local_position = VehicleLocalPosition(1, xy_valid=True, z_valid=True, x=10.0, y=20.0, z=-8.0)
+    peer.topics.vehicle_attitude = VehicleAttitude(1, quaternion(0.0, 0.0, math.pi / 2.0))
+    peer.send(target_relative(frame, q or (0.0,) * 4))
+    report = peer.topics.fiducial_marker_pos_report
+    assert report.timestamp == 7000
+    assert report.rel_pos == pytest.approx(seen) and report.q == pytest.approx(attitude)
+    assert report.cov_rel_pos == pytest.approx((0.01, 0.01, 0.01))
+    assert peer.topics.landing_target_pose.timestamp == 0
 
 
 @pytest.mark.parametrize(
@@ -275,17 +300,17 @@ def test_a_target_is_seen_from_the_vehicle(frame: int, q: tuple[float, ...], pla
 def test_what_px4_refuses_of_targets(frame: int, kind: int, text: str) -> None:
     peer = Peer()
     peer.send(target_relative(frame, kind=kind))
-    assert peer.topics.landing_target_pose.timestamp == 0
+    assert peer.topics.landing_target_pose.timestamp == peer.topics.fiducial_marker_pos_report.timestamp == 0
     assert [said.text for said in peer.texts.recent] == [f"target relative: {text}\t"]
 
 
 @pytest.mark.parametrize(("frame", "estimator"), [(1, 0), (2, 0), (0, 1)])
-def test_a_target_without_a_place_or_for_the_estimator_is_not_kept(frame: int, estimator: int) -> None:
+def test_a_target_is_not_kept_while_nobody_knows_where_the_vehicle_is(frame: int, estimator: int) -> None:
     peer = Peer()
     peer.now_us = 1000
     peer.parameters.set("VTE_EN", estimator)
     peer.send(target_relative(frame))
-    assert peer.topics.landing_target_pose.timestamp == 0
+    assert peer.topics.landing_target_pose.timestamp == peer.topics.fiducial_marker_pos_report.timestamp == 0
     assert list(peer.texts.recent) == []
 
 
@@ -297,7 +322,7 @@ def test_angles_meet_the_ground() -> None:
     peer.topics.vehicle_attitude = VehicleAttitude(1, quaternion(0.0, 0.0, math.pi / 2.0))
     peer.send(landing_target(angle_x=math.atan(0.5)))
     # forward is east
-    assert peer.topics.landing_target_pose[1:] == pytest.approx((10.0, 24.0, 0.0), abs=1e-4)
+    assert peer.topics.landing_target_pose[1:4] == pytest.approx((10.0, 24.0, 0.0), abs=1e-4)
     before = peer.topics.landing_target_pose
     for angle in (math.nan, math.inf, 1.5, -1e30):
         peer.send(landing_target(angle_x=angle, angle_y=angle))

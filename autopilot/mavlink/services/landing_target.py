@@ -1,11 +1,12 @@
-"""LANDING_TARGET and TARGET_RELATIVE: where a precision landing is to end (topics.landing_target_pose).
+"""LANDING_TARGET and TARGET_RELATIVE: where a precision landing is to end (topics.landing_target_pose and
+fiducial_marker_pos_report).
 
 https://mavlink.io/en/services/landing_target.html. As PX4 v1.18: a position in MAV_FRAME_LOCAL_NED is taken as it is,
 in another frame it is refused with a text; angles (as an IR-LOCK camera that looks down gives them) become a position
 by the attitude and the height above ground. They are not filtered over time, as PX4's landing_target_estimator does.
 TARGET_RELATIVE (https://mavlink.io/en/messages/development.html#TARGET_RELATIVE) is a fiducial as its sensor sees it:
-in the local frame, in one that travels with the vehicle, or in the sensor's, whose attitude it then tells. It is landed
-on where VTE_EN is 0; else it is for the vision_target_estimator, which fuses none here
+in the local frame, in one that travels with the vehicle, or in the sensor's, whose attitude it then tells. It is for
+the vision_target_estimator; where VTE_EN is 0 it is landed on as it is
 (MavlinkReceiver::handle_message_target_relative).
 """
 
@@ -16,7 +17,7 @@ from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import LandingTargetPose, Quaternion, Topics, Vector3
+from sitl_emu.autopilot.topics import FiducialMarkerPosReport, LandingTargetPose, Quaternion, Topics, Vector3
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import product, rotated, rotation
 
@@ -26,12 +27,13 @@ LOCAL_NED, BODY_FRD, LOCAL_OFFSET_NED, OTHER = range(4)
 STEEPEST_RAD = math.radians(80.0)
 """A ray flatter than this does not tell where it meets the ground."""
 FARTHEST_M = 1e6
+LEVEL: Quaternion = (1.0, 0.0, 0.0, 0.0)
 SMALLEST_QUATERNION = 1.2e-7
 """FLT_EPSILON: a smaller one is not filled."""
 
 
 class LandingTarget:
-    """Writer of landing_target_pose."""
+    """Writer of landing_target_pose and of fiducial_marker_pos_report."""
 
     MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_LANDING_TARGET, TARGET_RELATIVE})
     HAS_TIMER = False
@@ -44,7 +46,7 @@ class LandingTarget:
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Keep the position."""
         if message.get_msgId() == TARGET_RELATIVE:
-            place = self._relative(message)
+            place = self._relative(now_us, message)
         elif not message.position_valid:
             place = self._place(message.angle_x, message.angle_y)
         elif message.frame == mavlink.MAV_FRAME_LOCAL_NED:
@@ -63,28 +65,43 @@ class LandingTarget:
         self._say(Severity.CRITICAL, text)
         self._say(Severity.ERROR, "", event, argument)
 
-    def _relative(self, message: Any) -> Vector3 | None:
-        """Where a TARGET_RELATIVE is in the local frame; None where nobody knows, or where it is refused."""
+    def _relative(self, now_us: int, message: Any) -> Vector3 | None:
+        """Where to land by a TARGET_RELATIVE; None where nobody knows, and where it is refused or passed on."""
         frame, local = message.frame, self._topics.vehicle_local_position
-        attitude = _told_attitude(message.q_sensor) or (self._topics.vehicle_attitude.q if frame == BODY_FRD else None)
+        attitude = _told_attitude(message.q_sensor)
+        if attitude is None and frame != OTHER:
+            attitude = self._topics.vehicle_attitude.q if frame == BODY_FRD else LEVEL
         if frame not in (LOCAL_NED, BODY_FRD, LOCAL_OFFSET_NED, OTHER):
             text = f"target relative: coordinate frame {frame} unsupported.\t"
             self._refuse(text, "mavlink_rcv_target_rel_unsup_coord_frame", frame)
         elif message.type != mavlink.LANDING_TARGET_TYPE_VISION_FIDUCIAL:
             text = f"target relative: type {message.type} unsupported.\t"
             self._refuse(text, "mavlink_rcv_target_rel_unsup_type", message.type)
-        elif attitude is None and frame == OTHER:
+        elif attitude is None:
             text = f"target relative: coordinate frame {frame} unsupported when the q_sensor is not filled.\t"
             self._refuse(text, "mavlink_rcv_target_rel_q_sensor_not_filled", frame)
-        elif not self._parameters["VTE_EN"]:
-            x, y, z = place = (message.x, message.y, message.z)
-            if frame == LOCAL_NED:
-                return place
-            if attitude is not None and frame != LOCAL_OFFSET_NED:
-                x, y, z = rotated(rotation(attitude), place)
-            if local.xy_valid and local.z_valid:
-                return local.x + x, local.y + y, local.z + z
+        elif self._parameters["VTE_EN"]:
+            self._report(now_us, message, attitude)
+        elif frame == LOCAL_NED:
+            return message.x, message.y, message.z
+        elif local.xy_valid and local.z_valid:
+            x, y, z = message.x, message.y, message.z
+            if frame != LOCAL_OFFSET_NED:
+                x, y, z = rotated(rotation(attitude), (x, y, z))
+            return local.x + x, local.y + y, local.z + z
         return None
+
+    def _report(self, now_us: int, message: Any, attitude: Quaternion) -> None:
+        """Pass on what a camera sees, from the vehicle."""
+        x, y, z = message.x, message.y, message.z
+        if message.frame == LOCAL_NED:
+            local = self._topics.vehicle_local_position
+            if not (local.xy_valid and local.z_valid):
+                return
+            x, y, z = x - local.x, y - local.y, z - local.z
+        dx, dy, dz = message.pos_std
+        report = FiducialMarkerPosReport(now_us, (x, y, z), (dx * dx, dy * dy, dz * dz), attitude)
+        self._topics.fiducial_marker_pos_report = report
 
     def _place(self, angle_x: float, angle_y: float) -> tuple[float, float, float] | None:
         """Where the ray meets the ground; x is forward and y to the right of a camera that looks down."""
