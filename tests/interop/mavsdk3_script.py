@@ -7,6 +7,7 @@ import asyncio
 import sys
 
 from mavsdk import System
+from mavsdk.info import InfoError, Version
 from mavsdk.mission import MissionItem, MissionPlan
 from mavsdk.offboard import OffboardError, PositionNedYaw
 
@@ -18,6 +19,15 @@ def item(lat_deg: float, lon_deg: float) -> MissionItem:
     return MissionItem(lat_deg, lon_deg, 12, 5, True, NAN, NAN, camera, NAN, NAN, NAN, NAN, NAN, vehicle)
 
 
+async def version_of(drone: System) -> Version:
+    """MAVSDK asks for it by itself once connected, and until the answer is there says that it is not."""
+    while True:
+        try:
+            return await drone.info.get_version()
+        except InfoError:
+            await asyncio.sleep(0.1)
+
+
 async def main(address: str, port: int) -> None:
     drone = System(port=port)
     await drone.connect(system_address=address)
@@ -25,7 +35,7 @@ async def main(address: str, port: int) -> None:
         if state.is_connected:
             break
     print("connected", flush=True)
-    version = await drone.info.get_version()
+    version = await version_of(drone)
     print("version", version.flight_sw_major, version.flight_sw_minor, flush=True)
     async for health in drone.telemetry.health():
         if health.is_global_position_ok and health.is_home_position_ok and health.is_armable:
