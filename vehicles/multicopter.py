@@ -202,9 +202,6 @@ class Multicopter(Dynamics):
                     if not self._held:
                         self.struck_ground_m_s = max(self.struck_ground_m_s, vd)
                     fn, fe, fd = -stop * vn, -stop * ve, -stop * vd - weight
-                    fx = r00 * fn + r10 * fe + r20 * fd
-                    fy = r01 * fn + r11 * fe + r21 * fd
-                    fz = r02 * fn + r12 * fe + r22 * fd
                 self._held = presses
             else:
                 # normal of the ground, pointing up, in NED
@@ -233,6 +230,7 @@ class Multicopter(Dynamics):
                     mx += _within(ix * (-stiff * by - damp * p), load * self._half_width)
                     my += _within(iy * (stiff * bx - damp * q), load * self._half_length)
                     mz -= _within(iz * r / dt + mz, self._friction * load * self._half_width)
+            if clearance <= 0.0:
                 fx = r00 * fn + r10 * fe + r20 * fd
                 fy = r01 * fn + r11 * fe + r21 * fd
                 fz = r02 * fn + r12 * fe + r22 * fd
