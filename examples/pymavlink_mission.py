@@ -16,6 +16,7 @@ from pymavlink import mavutil
 from pymavlink.dialects.v20 import common as mavlink
 
 HEIGHT_M, SIDE_DEG = 10.0, 0.0002
+CHUNK = 50  # characters of a STATUSTEXT
 READY = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 
 
@@ -49,11 +50,13 @@ def main(url: str) -> None:
     if msg.type != mavlink.MAV_MISSION_ACCEPTED:
         sys.exit(f"the mission was refused: {msg.type}")
     print(f"{len(items)} items uploaded")
+    while link.recv_match(blocking=False) is not None:
+        pass  # what was said of an earlier flight
 
     custom_mode, mission = 1, (4, 4)  # PX4's AUTO.MISSION
     link.mav.command_long_send(*me, mavlink.MAV_CMD_DO_SET_MODE, 0, custom_mode, *mission, 0, 0, 0, 0)
     link.mav.command_long_send(*me, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1, 0, 0, 0, 0, 0, 0)
-    flying, reached = False, -1
+    flying, reached, text = False, -1, ""
     while True:
         link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
         msg = link.recv_match(type=["MISSION_ITEM_REACHED", "STATUSTEXT", "HEARTBEAT"], blocking=True)
@@ -62,7 +65,10 @@ def main(url: str) -> None:
                 print(f"item {msg.seq} reached")
             reached = msg.seq
         elif msg.get_type() == "STATUSTEXT":
-            print(msg.text)
+            text += msg.text
+            if msg.id == 0 or len(msg.text) < CHUNK:  # longer ones come in parts, all but the last of them full
+                print(text.rstrip("\t"))  # PX4 ends those with a tab that it says as an event, too
+                text = ""
         elif msg.get_srcComponent() == 1:
             armed = bool(msg.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
             if flying and not armed:

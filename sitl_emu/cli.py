@@ -4,6 +4,7 @@ Whatever a command needs is imported when it is called.
 """
 
 import math
+import signal
 from pathlib import Path
 from typing import Annotated
 
@@ -41,6 +42,8 @@ def options(
     ] = False,
 ) -> None:
     """Options before the command."""
+    # A script starts what it does not wait for with SIGINT ignored, and Python leaves it so. PX4 hears it there, too.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 Gcs = Annotated[

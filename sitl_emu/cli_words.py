@@ -47,7 +47,7 @@ def wanted_of(models: list[str], instance: int) -> list[str]:
     for text in models:
         model, colon, count = text.partition(":")
         if colon and not (count.isascii() and count.isdigit() and 1 <= int(count) <= LAST_INSTANCE + 1):
-            refuse(f"{text}: give MODEL or MODEL:COUNT, such as iris:3")
+            refuse(f"{text}: give MODEL or MODEL:COUNT, such as iris:3; COUNT is 1 to {LAST_INSTANCE + 1}")
         wanted += [model] * (int(count) if colon else 1)
     if instance + len(wanted) > LAST_INSTANCE + 1:
         refuse(

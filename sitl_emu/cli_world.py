@@ -96,12 +96,15 @@ def preview(
 ) -> None:
     """Write pictures from above, from the side and from the street, a map, the truth and the world file."""
     from sitl_emu.run import preview as previewing
-    from sitl_emu.run.trouble import Trouble
+    from sitl_emu.run.trouble import Trouble, unwritable
 
+    folder = out or Path(f"preview-{Path(name).stem}")
     try:
-        previewing.preview(name, seed, _given(option), out or Path(f"preview-{Path(name).stem}"), at, say)
-    except (Trouble, OSError) as error:
+        previewing.preview(name, seed, _given(option), folder, at, say)
+    except Trouble as error:
         refuse(str(error))
+    except OSError as error:
+        refuse(str(unwritable(folder, error)))
 
 
 @app.command(short_help="Pictures of a world with boxes, masks and depth: COCO, YOLO, GeoJSON.")
@@ -161,7 +164,7 @@ def export(
     images/, masks/, depth/ and frames.jsonl, annotations.json (COCO), labels/ and data.yaml (YOLO), truth.geojson.
     """
     from sitl_emu.run import export as exporting
-    from sitl_emu.run.trouble import Trouble
+    from sitl_emu.run.trouble import Trouble, unwritable
 
     folder = out or Path(f"export-{Path(name).stem}")
     try:
@@ -174,8 +177,10 @@ def export(
         with typer.progressbar(length=count, label=f"{count} pictures", file=sys.stderr) as bar:
             for _ in exporting.write(plan):
                 bar.update(1)
-    except (Trouble, OSError) as error:
+    except Trouble as error:
         refuse(str(error))
+    except OSError as error:
+        refuse(str(unwritable(folder, error)))
     say(f"{plan.world.description.name}: {count} pictures, {', '.join(sorted(plan.formats))} are in {folder}")
 
 

@@ -14,6 +14,7 @@ from sitl_emu.missions.companion.inference import Looked
 KEPT_FRAMES = 96
 """Of those with detections: a target is confirmed seconds after the frame that showed it best."""
 BOX_COLOUR, TEXT_COLOUR, FOUND_COLOUR = (0, 200, 255), (255, 255, 255), (60, 60, 255)
+TEXT_SCALE, LINE_PX = 0.42, 16
 JPEG_QUALITY = 88
 
 
@@ -50,11 +51,19 @@ def draw(image: Image, detections: Sequence[Detection], event: Event) -> Image:
     if "x" in event.data:
         x, y, w, h = (float(event.data[key]) for key in ("x", "y", "w", "h"))
         _box(drawn, x, y, w, h, FOUND_COLOUR, "")
-    cv2.putText(drawn, f"t = {event.time_us / 1e6:.1f} s  {event.text}"[:90], (6, 16), 0, 0.42, TEXT_COLOUR, 1, 16)
+    _write(drawn, f"t = {event.time_us / 1e6:.1f} s  {event.text}"[:90], 6, LINE_PX, TEXT_COLOUR)
     return drawn
 
 
 def _box(image: Image, x: float, y: float, w: float, h: float, colour: tuple[int, int, int], text: str) -> None:
     left, top, right, bottom = round(x - w / 2), round(y - h / 2), round(x + w / 2), round(y + h / 2)
     cv2.rectangle(image, (left, top), (right, bottom), colour, 2)
-    cv2.putText(image, text, (left, max(30, top - 4)), 0, 0.42, colour, 1, 16)
+    below_px = bottom + LINE_PX if top < 2 * LINE_PX else top - 4
+    (width_px, _), _ = cv2.getTextSize(text, 0, TEXT_SCALE, 1)
+    _write(image, text, min(left, image.shape[1] - width_px), min(below_px, image.shape[0] - 4), colour)
+
+
+def _write(image: Image, text: str, left_px: int, below_px: int, colour: tuple[int, int, int]) -> None:
+    """A line that can be read on any ground: with a dark rim."""
+    for ink, thickness in (((0, 0, 0), 3), (colour, 1)):
+        cv2.putText(image, text, (left_px, below_px), 0, TEXT_SCALE, ink, thickness, cv2.LINE_AA)

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from sitl_emu.missions.companion import networks
 from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.detector import Areas, Detection, Detections
 
@@ -67,6 +68,10 @@ class OnnxDetector:
             import onnxruntime
         except ImportError:
             raise ModelError("a trained network needs onnxruntime: pip install onnxruntime") from None
+        if not Path(path).is_file():
+            raise ModelError(
+                f"{path}: no such file; networks that come with the package: {', '.join(networks.names())}"
+            )
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = threads
         try:

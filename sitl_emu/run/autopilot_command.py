@@ -46,7 +46,8 @@ def main() -> int:
         return _complain(str(error), BAD_INPUT)
     except OSError as error:
         return _complain(f"{error.filename or options.tlog}: {error.strerror}", BAD_INPUT)
-    signal.signal(signal.SIGTERM, _interrupt)
+    for number in (signal.SIGINT, signal.SIGTERM):  # a script's background job begins with SIGINT ignored
+        signal.signal(number, _interrupt)
     try:
         channel = _connected(poll, ports.simulator(options.instance), options.simulator)
         _say(f"connected to the simulator on {options.simulator}")

@@ -100,8 +100,8 @@ def obituary(child: Child) -> str:
     if status < 0:
         how = f"{child.title} (pid {child.process.pid}) was killed by {signal.Signals(-status).name}"
         return f"{how}; its log is {child.log}"
-    if status == EXIT_EXPLAINED and last and not child.command:
-        return f"{child.title}: {last[-1]}"
+    if status == EXIT_EXPLAINED and not child.command:
+        return f"{child.title}: {last[-1] if last else f'{child.log} has no room for why it ended'}"
     said = "".join(f"\n  {line}" for line in last)
     how = f"{child.title} (pid {child.process.pid}) ended with exit status {status}"
     return f"{how}; its log {child.log} ends:{said}" if said else f"{how} without a word"

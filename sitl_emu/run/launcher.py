@@ -24,6 +24,8 @@ from sitl_emu.run.process import EXIT_EXPLAINED
 POLL_S = 0.1
 FINISH_S = 20.0
 """How long processes have after a good end, to make their logs whole on a busy machine."""
+DYING_S = 5.0
+"""How long a process that has closed its sockets may take until it has ended; ours."""
 
 
 @dataclass
@@ -147,8 +149,11 @@ def _stop(world: ControlChannel, ending: Ending) -> None:
 
 
 def _blame(ending: Ending, children: list[Child], lost: str) -> None:
-    """Name the process that died first: one that was killed or failed, rather than one that ended for want of it."""
-    until = time.monotonic() + 0.5
+    """Name the process that died first: one that was killed or failed, rather than one that ended for want of it.
+
+    Its sockets are closed before its exit status is there, on a busy machine by seconds.
+    """
+    until = time.monotonic() + DYING_S
     while time.monotonic() < until and not any(child.process.poll() and not child.killed for child in children):
         time.sleep(0.02)
     dead = [child for child in children if child.process.poll() and not child.command and not child.killed]

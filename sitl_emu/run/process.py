@@ -1,5 +1,6 @@
 """What the processes of a run have in common at their start and end."""
 
+import contextlib
 import errno
 import signal
 import sys
@@ -34,11 +35,16 @@ def main(
     except (ProcessLostError, ChannelClosed):
         sys.exit(0)
     except StartError as error:
-        print(error, file=sys.stderr, flush=True)
-        sys.exit(EXIT_EXPLAINED)
+        _explain(str(error))
     except OSError as error:
         if error.errno not in CANNOT_WRITE:
             raise
-        print(f"can't write {error.filename or 'the logs'}: {error.strerror}", file=sys.stderr, flush=True)
-        sys.exit(EXIT_EXPLAINED)
+        _explain(f"can't write {error.filename or 'the logs'}: {error.strerror}")
     sys.exit(0)
+
+
+def _explain(text: str) -> NoReturn:
+    """End with a last line of output, where the disk that is full is not the output's as well."""
+    with contextlib.suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
+    sys.exit(EXIT_EXPLAINED)

@@ -18,7 +18,7 @@ from sitl_emu.run.campaign import arms
 from sitl_emu.run.live_view import open_view
 from sitl_emu.run.scenario import Scenario, find, load, read
 from sitl_emu.run.scenario_parts.world import WorldPart
-from sitl_emu.run.trouble import Trouble
+from sitl_emu.run.trouble import Trouble, unwritable
 from sitl_emu.run.view import opening
 from sitl_emu.world.world import World
 
@@ -103,7 +103,7 @@ def fly(wanted: wiring.Wanted, world: World, console: Console) -> tuple[int, lau
         (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
         _report(folder, summary, ending.truth, missions, world)
     except OSError as error:
-        raise Trouble(f"can't write {error.filename or folder}: {error.strerror}; {ending.complaint}") from None
+        raise Trouble("; ".join(filter(None, (str(unwritable(folder, error)), ending.complaint)))) from None
     _tell(console, folder, summary, ending)
     return score.exit_status(summary), ending
 
@@ -134,7 +134,7 @@ def make_folder(out: Path | None, name: str) -> Path:
         if not os.access(folder, os.W_OK | os.X_OK):
             raise PermissionError(None, "Permission denied")
     except OSError as error:
-        raise Trouble(f"{folder}: can't write there: {error.strerror}; name another folder with --out") from None
+        raise unwritable(folder, error) from None
     return folder
 
 

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from sitl_emu.autopilot.storage import storage
-from sitl_emu.run.trouble import Trouble
+from sitl_emu.run.trouble import Trouble, unwritable
 
 REMEDY = "name another folder with --state"
 
@@ -35,4 +35,4 @@ def make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise Trouble(f"{folder}: can't keep logs there: {error.strerror}") from None
+        raise unwritable(folder, error, "--tlog") from None

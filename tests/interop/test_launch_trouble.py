@@ -64,9 +64,9 @@ def linked(place: int) -> Iterator[Any]:
 
 
 @contextlib.contextmanager
-def two_that_speak() -> Iterator[subprocess.Popen[str]]:
-    """Two vehicles whose heartbeats have been heard."""
-    with launched("iris:2", "--instance", str(INSTANCE)) as process:
+def two_that_speak(*, in_background: bool = False) -> Iterator[subprocess.Popen[str]]:
+    """Two vehicles whose heartbeats have been heard; `in_background`: as a script's `&` starts them."""
+    with launched("iris:2", "--instance", str(INSTANCE), in_background=in_background) as process:
         for place in range(2):
             with linked(place) as link:
                 wait_for(link, "HEARTBEAT", lambda _heartbeat: True)
@@ -138,7 +138,7 @@ def test_vehicles_in_a_world_share_one_process_and_stand_on_its_ground() -> None
 
 
 def test_ctrl_c_leaves_no_process_and_no_port() -> None:
-    with two_that_speak() as process:
+    with two_that_speak(in_background=True) as process:
         process.send_signal(signal.SIGINT)
         assert process.wait(GONE_LIMIT_S) == 0
         wait_until_free(gcs_port(0), gcs_port(1))

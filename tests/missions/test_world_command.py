@@ -19,6 +19,7 @@ from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed, HilActuatorControls, HilSensor
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run.autopilot_command import AirframeError, read_airframe
+from tests.launched import ignore_ctrl_c
 from tests.missions.runs import FIRST_INSTANCE
 
 INSTANCE = FIRST_INSTANCE + 40
@@ -35,9 +36,15 @@ def connected(instance: int = INSTANCE, limit_s: float = 30.0) -> TcpAutopilotCh
 
 
 @contextmanager
-def started(command: list[str]) -> Iterator[subprocess.Popen[str]]:
-    """A process that is gone afterwards, whatever came out."""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+def started(command: list[str], *, in_background: bool = False) -> Iterator[subprocess.Popen[str]]:
+    """A process that is gone afterwards, whatever came out; `in_background`: as a script's `&` starts it."""
+    with subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        preexec_fn=ignore_ctrl_c if in_background else None,
+    ) as process:
         try:
             yield process
         finally:
@@ -64,7 +71,7 @@ def test_an_autopilot_connects_gets_sensors_in_step_and_the_world_ends_with_it()
 def test_a_signal_ends_it_while_it_waits(number: signal.Signals) -> None:
     command = [sys.executable, "-P", "-m", "sitl_emu", "world", "flat", "--vehicle", "rover:2"]
     command += ["--instance", str(INSTANCE)]
-    with started(command) as process:
+    with started(command, in_background=True) as process:
         assert process.stdout is not None
         for place in range(2):
             assert f"TCP {ports.simulator(INSTANCE + place)}" in process.stdout.readline()

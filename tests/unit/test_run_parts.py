@@ -12,6 +12,7 @@ from rich.console import Console
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.missions import registry
 from sitl_emu.missions.companion.companion import Event, Status
+from sitl_emu.run.children import Child, obituary
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import LiveView, PlainView
 from sitl_emu.run.messages import (
@@ -40,6 +41,7 @@ from sitl_emu.run.messages import (
     decoded,
     encoded,
 )
+from sitl_emu.run.process import EXIT_EXPLAINED
 from sitl_emu.run.scenario import find, load
 
 STATUS = Status("scanning", 0.5, False, "", "flying the survey", {"dropped": 2})
@@ -186,3 +188,22 @@ def test_files_beside_a_scenario_are_found_from_anywhere(tmp_path: Path) -> None
     (tmp_path / "s.yaml").write_text(f"name: s\nworld: {{kind: flat}}\nvehicles: {vehicles}\n")
     uas = load(tmp_path / "s.yaml").vehicles[0]
     assert uas.companion is not None and uas.companion.options == {"plan": str(tmp_path / "my.plan"), "approach_m": 1}
+
+
+@pytest.mark.parametrize(
+    ("status", "log", "wanted"),
+    [
+        (EXIT_EXPLAINED, "t/run/uas.ulg: No space left on device\n", "autopilot uas: t/run/uas.ulg: No space left"),
+        (EXIT_EXPLAINED, "", "autopilot uas: {log} has no room for why it ended"),
+        (1, "", "autopilot uas (pid {pid}) ended with exit status 1 without a word"),
+        (1, "Traceback\nKeyError: 7\n", "exit status 1; its log {log} ends:\n  Traceback\n  KeyError: 7"),
+    ],
+)
+def test_an_obituary_has_the_last_words_or_why_there_are_none(
+    tmp_path: Path, status: int, log: str, wanted: str
+) -> None:
+    process = subprocess.Popen([sys.executable, "-c", f"raise SystemExit({status})"])
+    process.wait()
+    path = tmp_path / "uas.log"
+    path.write_text(log)
+    assert wanted.format(log=path, pid=process.pid) in obituary(Child("autopilot uas", process, path))

@@ -20,7 +20,9 @@ from sitl_emu.run.scenario import Scenario, ScenarioError
 
 KEY = re.compile(r"[A-Za-z0-9_*-]+(\.[A-Za-z0-9_*-]+)*")
 ALL = "*"
-EXAMPLE = "give KEY=A,B with a dotted key of the scenario file, such as wind.north_m_s=0,4,8"
+A_KEY = "a dotted key of the scenario file, such as wind.north_m_s"
+SEVERAL, ONE = f"give KEY=A,B with {A_KEY}=0,4,8", f"give KEY=VALUE with {A_KEY}=4"
+"""What `--vary` is told to be where it is not: of a campaign, and of one run."""
 MOST_ARMS = 1000
 """Ours: more is a mistyped list rather than a campaign."""
 SHOWN = 24
@@ -54,17 +56,17 @@ class Arm(NamedTuple):
         return dumped
 
 
-def variation(text: str) -> Variation:
-    """What `--vary TEXT` says. Raises ScenarioError."""
+def variation(text: str, wanted: str = SEVERAL) -> Variation:
+    """What `--vary TEXT` says; `wanted` is told where it says nothing. Raises ScenarioError."""
     key, equals, values = text.partition("=")
     if not equals or not KEY.fullmatch(key):
-        raise ScenarioError(f"--vary {text}: {EXAMPLE}")
+        raise ScenarioError(f"--vary {text}: {wanted}")
     try:
         read = yaml.safe_load(f"[{values}]")
     except yaml.YAMLError:
         raise ScenarioError(f"--vary {text}: the values are no YAML; quote what holds , [ ] {{ }} or :") from None
     if not read or None in read:
-        raise ScenarioError(f"--vary {text}: a value is missing; {EXAMPLE}")
+        raise ScenarioError(f"--vary {text}: a value is missing; {wanted}")
     if any(one in read[:place] for place, one in enumerate(read)):
         raise ScenarioError(f"--vary {text}: a value stands there twice")
     if key == "seed":
@@ -74,7 +76,7 @@ def variation(text: str) -> Variation:
 
 def single(text: str) -> tuple[str, Any]:
     """The key and the one value of `--vary TEXT` for one run. Raises ScenarioError."""
-    read = variation(text)
+    read = variation(text, ONE)
     if len(read.values) > 1:
         raise ScenarioError(f"--vary {text}: one value, for one run; `sitl-emu campaign` flies several")
     return read.key, read.values[0]

@@ -23,7 +23,7 @@ import yaml
 from sitl_emu import __version__
 from sitl_emu.run.campaign.arms import Arm
 from sitl_emu.run.campaign.flight import Result, part_prefix
-from sitl_emu.run.trouble import Trouble
+from sitl_emu.run.trouble import Trouble, unwritable
 
 IDENTITY, LOCK = "campaign.json", ".lock"
 
@@ -90,7 +90,7 @@ def opened(folder: Path, identity: Identity, arms: Sequence[Arm]) -> Iterator[St
         there = {path.name for path in folder.iterdir()} - {LOCK}
         lock = (folder / LOCK).open("w")
     except OSError as error:
-        raise Trouble(f"{folder}: can't write there: {error.strerror}; name another folder with --out") from None
+        raise unwritable(folder, error) from None
     with lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
