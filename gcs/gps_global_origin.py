@@ -1,7 +1,8 @@
 """Where on Earth the local frame of a vehicle begins that has no GPS of its own.
 
-Source: https://mavlink.io/en/messages/common.html#SET_GPS_GLOBAL_ORIGIN: answered by GPS_GLOBAL_ORIGIN, with the origin
-as it then is. PX4 keeps the one it has while its filter is in the air or fuses GPS.
+Source: https://mavlink.io/en/messages/common.html#SET_GPS_GLOBAL_ORIGIN. GPS_GLOBAL_ORIGIN tells the origin as it then
+is: PX4 sends it when it has changed, and when it is asked for. PX4 keeps the one it has while its filter is in the air
+or fuses GPS.
 """
 
 from sitl_emu.core import dialect as mavlink
@@ -38,4 +39,7 @@ class SetGpsGlobalOrigin(Question):
         return []
 
     def _messages(self) -> list[mavlink.MAVLink_message]:
-        return [mavlink.MAVLink_set_gps_global_origin_message(self.target[0], *self.place)]
+        ask = mavlink.MAVLink_command_long_message(
+            *self.target, mavlink.MAV_CMD_REQUEST_MESSAGE, 0, mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, *(0.0,) * 6
+        )  # PX4 tells a new origin once
+        return [mavlink.MAVLink_set_gps_global_origin_message(self.target[0], *self.place), ask]

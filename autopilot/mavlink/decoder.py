@@ -45,6 +45,10 @@ class Message:
         """Its sequence number."""
         return self._header.sequence
 
+    def get_payload(self) -> bytes:
+        """Its fields as they came, without zeros at the end."""
+        return self._frame[self._header.payload_start : self._header.payload_end]
+
     def get_msgbuf(self) -> bytes:
         """The frame in which it came."""
         return self._frame

@@ -184,11 +184,13 @@ class Link:
     # --- streams -----------------------------------------------------------------------------------------
 
     def schedule(self, now_us: int, stream: Schedulable, interval_us: int) -> None:
-        """Send a stream every `interval_us` from now on (0: as often as it has something new).
+        """Send a stream every `interval_us` (0: as often as it has something new), counted from its last message.
 
-        1 µs is accepted and sends nothing, as in PX4.
+        One that did not run yet counts from now on. 1 µs is accepted and sends nothing, as in PX4.
         """
-        first_us = NEVER_US if interval_us == 1 else now_us + interval_us
+        running = self._schedule.get(stream.codec.id)
+        last_us = now_us if running is None or running.interval_us == 1 else running.nominal_us - running.interval_us
+        first_us = NEVER_US if interval_us == 1 else last_us + interval_us
         self._schedule[stream.codec.id] = ScheduledStream(stream, interval_us, first_us)
         self._look_again()
 

@@ -180,7 +180,7 @@ class Mavlink:
             velocity_limits.VelocityLimits(topics),
             gimbal_manager.GimbalManager(topics, system_id),
             global_position_sensor.GlobalPositionSensor(topics),
-            gps_global_origin.GpsGlobalOrigin(modules.handle_command, self.stream, system_id),
+            gps_global_origin.GpsGlobalOrigin(modules.handle_command, system_id),
             timesync.Timesync(),
             ping.Ping(system_id),
             system_time.SystemTime(),
@@ -188,7 +188,7 @@ class Mavlink:
             statustext.StatusText(self.links, texts),
             statustext.ComponentTexts(texts, system_id),
             ftp.Ftp(system_id, root),
-            log_transfer.LogTransfer(system_id, root),
+            log_transfer.LogTransfer(root),
             streaming,
             shell.Shell(texts, system_id, modules.open_shell),
             event.Event(self.links, texts.events),
@@ -268,13 +268,8 @@ class Mavlink:
             service.on_message(now_us, message, link)
 
     def _start_streams(self, link: Link) -> None:
-        table = dict(rates.RATES[link.mode])
-        if self.context.parameters["MNT_MODE_IN"] >= 0:
-            table |= rates.GIMBAL_STREAMS.get(link.mode, {})
-        if self.context.parameters["TRIG_MODE"] > 0:
-            table |= rates.CAMERA_STREAMS.get(link.mode, {})
         limit = rates.DATA_RATE_BYTES_PER_S.get(link.mode)
-        for name, hz in table.items():
+        for name, hz in rates.RATES[link.mode].items():
             stream = self.stream(name)
             assert stream is not None, f"no stream module for {name}"
             interval_us = rates.interval_us(hz)

@@ -20,7 +20,7 @@ class Rates(NamedTuple):
     normal: float | None = None
     """Ground station."""
     onboard: float | None = None
-    """Offboard API; the payload link has the same but for those of a module, within its data rate."""
+    """Offboard API; the payload link has the same, within its data rate."""
     gimbal: float | None = None
     normal_default: float | None = None
     """What SET_MESSAGE_INTERVAL 0 ("default") goes back to on the ground station's link, where that is another; OFF
@@ -28,8 +28,6 @@ class Rates(NamedTuple):
     """
     constant: bool = False
     """A data rate limit does not slow it down."""
-    module: str = ""
-    """PX4's module that has to run for it: gimbal (MNT_MODE_IN), camera_trigger (TRIG_MODE)."""
 
 
 STREAMS: Mapping[str, Rates] = {
@@ -83,27 +81,22 @@ STREAMS: Mapping[str, Rates] = {
     "VFR_HUD": Rates(normal=4.0, onboard=10.0),
     "VIBRATION": Rates(normal=0.1, onboard=0.5),
     "WIND_COV": Rates(normal=0.5, onboard=10.0),
-    "GIMBAL_DEVICE_SET_ATTITUDE": Rates(normal=5.0, onboard=5.0, gimbal=20.0, module="gimbal"),
-    "GIMBAL_MANAGER_STATUS": Rates(normal=0.5, onboard=0.5, module="gimbal"),
-    "CAMERA_TRIGGER": Rates(normal=UNLIMITED, onboard=UNLIMITED, module="camera_trigger"),
-    "CAMERA_IMAGE_CAPTURED": Rates(normal=UNLIMITED, onboard=UNLIMITED, module="camera_trigger"),
+    "GIMBAL_DEVICE_SET_ATTITUDE": Rates(normal=5.0, onboard=5.0, gimbal=20.0),
+    "GIMBAL_MANAGER_STATUS": Rates(normal=0.5, onboard=0.5),
+    "CAMERA_TRIGGER": Rates(onboard=UNLIMITED),
+    "CAMERA_IMAGE_CAPTURED": Rates(normal=UNLIMITED, onboard=UNLIMITED),
 }
 
 
-def by_mode(streams: Mapping[str, Rates], module: str = "") -> dict[str, dict[str, float]]:
+def by_mode(streams: Mapping[str, Rates]) -> dict[str, dict[str, float]]:
     """By link mode: the messages that are streamed from the start, and their rates."""
-    normal = {name: row.normal for name, row in streams.items() if row.normal is not None and row.module == module}
-    onboard = {name: row.onboard for name, row in streams.items() if row.onboard is not None and row.module == module}
-    gimbal = {name: row.gimbal for name, row in streams.items() if row.gimbal is not None and row.module == module}
-    low_bandwidth = {} if module else onboard
-    return {"normal": normal, "onboard": onboard, "onboard_low_bandwidth": low_bandwidth, "gimbal": gimbal, "wire": {}}
+    normal = {name: row.normal for name, row in streams.items() if row.normal is not None}
+    onboard = {name: row.onboard for name, row in streams.items() if row.onboard is not None}
+    gimbal = {name: row.gimbal for name, row in streams.items() if row.gimbal is not None}
+    return {"normal": normal, "onboard": onboard, "onboard_low_bandwidth": onboard, "gimbal": gimbal, "wire": {}}
 
 
 RATES = by_mode(STREAMS)
-GIMBAL_STREAMS = by_mode(STREAMS, "gimbal")
-"""What comes to a mode's streams on a vehicle whose gimbal manager runs (MNT_MODE_IN)."""
-CAMERA_STREAMS = by_mode(STREAMS, "camera_trigger")
-"""And on one whose camera trigger runs (TRIG_MODE)."""
 CONSTANT = frozenset(name for name, row in STREAMS.items() if row.constant)
 DATA_RATE_BYTES_PER_S = {"onboard_low_bandwidth": 4000.0}
 """Limited links by mode; the others' limits (4 MB/s) are never reached."""

@@ -21,6 +21,7 @@ class Stream(Schedulable):
         self._paced_by: Any = getattr(module, "paced_by", None)
         self._since = getattr(module, "since", None)
         self._requested = getattr(module, "requested", None)
+        self._at_once = bool(getattr(module, "AT_ONCE", False))
         self._per_link = bool(getattr(module, "PER_LINK", False))
         self._analysis: Any = getattr(module, "Analysis", None)
         self._analyses: dict[str, Any] = {}
@@ -45,6 +46,13 @@ class Stream(Schedulable):
                 return ()
             self._sent_stamps[link.name] = stamp
         return self.latest(now_us)
+
+    def begin(self, now_us: int, link: Link) -> bool:
+        """The stream is there on a link from now on; whether that alone sends its message."""
+        if self._at_once:
+            for payload in self.payloads(now_us, link):
+                link.send_payload(self.codec, payload)
+        return self._at_once
 
     def forget(self, link: Link) -> None:
         """What was sent on a link is no longer known: the stream was switched off there."""

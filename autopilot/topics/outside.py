@@ -98,6 +98,11 @@ class LandingTargetPose(NamedTuple):
     cov_vy_rel: float = NAN
     rel_vel_ekf2_valid: bool = False
     """It stands, and was seen just now."""
+    x_rel: float = 0.0
+    """From the vehicle, where rel_pos_valid; nobody knows of what MAVLink tells as a place."""
+    y_rel: float = 0.0
+    z_rel: float = 0.0
+    rel_pos_valid: bool = False
 
 
 class FiducialMarkerPosReport(NamedTuple):

@@ -283,6 +283,10 @@ class VisionTargetEstimator:
                 north.speed_variance,
                 east.speed_variance,
                 rel_vel_ekf2_valid=bool(self._seen_us) and now_us - self._seen_us < self._us("VTE_M_REC_TOUT"),
+                x_rel=north.distance_m,
+                y_rel=east.distance_m,
+                z_rel=down.distance_m,
+                rel_pos_valid=True,
             )
 
     def _variance(self, name: str) -> float:

@@ -88,7 +88,7 @@ def draw_map(
     ways: Mapping[str, Way] | None = None,
 ) -> Figure:
     """Outline, true tracks, what is really there, and what the missions mark; `ways`: of loose bodies."""
-    figure = Figure(figsize=(9, 8), layout="constrained")
+    figure = Figure(figsize=(9, 8), layout="compressed")
     axes = figure.add_subplot()
     outline = truth.get("outline", [])
     if outline:

@@ -58,6 +58,10 @@ def test_what_sensors_of_others_gave_is_told() -> None:
     assert (flow.integrated_xgyro, flow.integrated_zgyro) == (pytest.approx(0.01), 0.5)
     peer.topics.landing_target_pose = LandingTargetPose(1_000, 4.0, 2.0, 0.0)
     target = only(peer.send(command_long(REQUEST_MESSAGE, 149)), "LANDING_TARGET")[0]
+    assert (target.x, target.y, target.z, target.position_valid) == (0.0, 0.0, 0.0, 0)
+    known = LandingTargetPose(2_000, 4.0, 2.0, 0.0, x_rel=3.0, y_rel=0.0, z_rel=3.0, rel_pos_valid=True)
+    peer.topics.landing_target_pose = known
+    target = only(peer.send(command_long(REQUEST_MESSAGE, 149)), "LANDING_TARGET")[0]
     assert (target.x, target.y, target.z, target.position_valid) == (3.0, 0.0, 3.0, 1)
     peer.topics.obstacle_distance_fused = ObstacleDistance(1_000, 12, (65535,) * 71 + (500,), 5.0, 20, 1200)
     around = only(peer.send(command_long(REQUEST_MESSAGE, 330)), "OBSTACLE_DISTANCE")[0]

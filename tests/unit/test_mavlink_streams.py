@@ -81,7 +81,7 @@ def test_rates_are_px4s(link: int) -> None:
         table = rates.RATES[peer.mavlink.links[link].mode]
         seldom = {name for name, hz in table.items() if rates.UNLIMITED < hz < SELDOM_HZ}
         expected = (set(table) | {"CURRENT_EVENT_SEQUENCE"}) - seldom - ONCE
-        assert set(counts) - ONCE == expected - NOT_YET
+        assert set(counts) - ONCE == expected - NOT_YET - OF_PAYLOADS
 
 
 def test_the_payload_link_keeps_its_data_rate() -> None:
@@ -301,6 +301,53 @@ def test_every_stream_can_be_requested(name: str) -> None:
     ack = only(replies, "COMMAND_ACK")[0]
     assert (ack.result == ACCEPTED) == bool(only(replies, name))
     assert ack.result == (DENIED if name in NOT_YET | OF_PAYLOADS | OF_SERVICES else ACCEPTED)
+
+
+def test_high_latency_comes_with_its_stream() -> None:
+    """PX4 sends it when the stream begins, so that the request that began it finds nothing new and is denied."""
+    peer = Peer()
+    peer.fly_and_run(0.2)
+    ask = command_long(REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2)
+    for result in (DENIED, ACCEPTED, ACCEPTED):
+        replies = peer.send(ask)
+        assert [ack.result for ack in only(replies, "COMMAND_ACK")] == [result]
+        assert len(only(replies, "HIGH_LATENCY2")) == 1
+        peer.fly_and_run(0.2)
+    begun = command_long(SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2, 1e6)
+    assert len(only(peer.send(begun, ONBOARD), "HIGH_LATENCY2")) == 1
+
+
+def test_an_interval_that_is_set_again_and_again_still_sends() -> None:
+    """A stream keeps the moment of its last message (Mavlink::configure_stream)."""
+    peer = Peer()
+    peer.fly_and_run(1.0)
+    count = 0
+    for _ in range(10):
+        count += len(only(peer.send(command_long(SET_MESSAGE_INTERVAL, 1, 1e6)), "SYS_STATUS"))
+        count += len(only(peer.fly_and_run(0.5), "SYS_STATUS"))
+    assert count == pytest.approx(5, abs=1)
+
+
+@pytest.mark.parametrize(
+    ("number", "interval_us"),
+    [
+        (mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_STATUS, 2_000_000),
+        (mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_SET_ATTITUDE, 200_000),
+        (mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, -1),
+        (mavlink.MAVLINK_MSG_ID_CAMERA_TRIGGER, -1),
+        (mavlink.MAVLINK_MSG_ID_COMMAND_LONG, -1),
+        (mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, -1),
+    ],
+)
+def test_streams_of_payloads_have_their_intervals_without_one(number: int, interval_us: int) -> None:
+    """A real PX4 v1.18 without gimbal and camera; a stream without limit, and what is no stream, is -1."""
+    peer = Peer()
+    for link in (ONBOARD, PAYLOAD):
+        for _ in range(2):
+            replies = peer.send(command_long(GET_MESSAGE_INTERVAL, number), link)
+            (told,) = only(replies, "MESSAGE_INTERVAL")
+            assert told.interval_us == interval_us
+            peer.send(command_long(SET_MESSAGE_INTERVAL, number, 0.0), link)
 
 
 def test_a_receiver_that_fell_silent_is_told_once_a_second() -> None:

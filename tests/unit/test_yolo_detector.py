@@ -132,7 +132,5 @@ def test_a_file_that_is_no_model_is_told(tmp_path: Path) -> None:
     path.write_bytes(b"no model")
     with pytest.raises(ModelError, match=r"x\.onnx: can't be read as a model"):
         OnnxDetector(path)
-    with pytest.raises(
-        ModelError, match=r"none\.onnx: no such file; networks that .*: disaster, field"
-    ):
+    with pytest.raises(ModelError, match=r"none\.onnx: no such file; networks that .*: disaster, field"):
         OnnxDetector(tmp_path / "none.onnx")

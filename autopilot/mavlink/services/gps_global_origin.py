@@ -1,7 +1,7 @@
 """SET_GPS_GLOBAL_ORIGIN: where on Earth the local frame begins, for vehicles that know their place by vision alone.
 
-https://mavlink.io/en/messages/common.html#SET_GPS_GLOBAL_ORIGIN. As PX4: it does what DO_SET_GLOBAL_ORIGIN does, and is
-answered by GPS_GLOBAL_ORIGIN on its link.
+https://mavlink.io/en/messages/common.html#SET_GPS_GLOBAL_ORIGIN. As PX4: it does what DO_SET_GLOBAL_ORIGIN does, and
+the stream of GPS_GLOBAL_ORIGIN tells what came of it.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.mavlink.stream import Stream
 from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.core import dialect as mavlink
 
@@ -23,12 +22,10 @@ class GpsGlobalOrigin:
     def __init__(
         self,
         handle_command: Callable[[int, VehicleCommand], CommandResult | None],
-        stream: Callable[[str], Stream | None],
         system_id: int,
     ) -> None:
-        """`stream` finds a stream by message name."""
+        """`handle_command` decides on it; `system_id` is ours."""
         self._handle_command = handle_command
-        self._stream = stream
         self._system_id = system_id
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
@@ -38,10 +35,6 @@ class GpsGlobalOrigin:
         place = (message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
         command = VehicleCommand(mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN, 0.0, 0.0, 0.0, 0.0, *place, from_external=False)
         self._handle_command(now_us, command)
-        told = self._stream("GPS_GLOBAL_ORIGIN")
-        if told is not None:
-            for payload in told.latest(now_us):
-                link.send_payload(told.codec, payload)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""

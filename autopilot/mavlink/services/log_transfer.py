@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, ClassVar, Final, NamedTuple
 
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.storage.file_system import DiskFile
 from sitl_emu.core import dialect as mavlink
@@ -73,17 +72,14 @@ class LogTransfer:
     )
     HAS_TIMER = True
 
-    def __init__(self, system_id: int, root: Path | None) -> None:
-        """`system_id` is ours; `root` is the folder of this instance."""
-        self._system_id = system_id
+    def __init__(self, root: Path | None) -> None:
+        """`root` is the folder of this instance."""
         self._folder = None if root is None else root / storage.LOG
         self._sendings: dict[Link, Sending] = {}
         self._active: list[tuple[Link, Sending]] = []
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """Act on a request, and begin to answer at once."""
-        if not is_for(message, self._system_id, broadcast=True):
-            return
+        """Act on a request, whoever it is for (PX4 does not look), and begin to answer at once."""
         sending = self._sendings.setdefault(link, Sending())
         number = message.get_msgId()
         if number == mavlink.MAVLINK_MSG_ID_LOG_REQUEST_LIST:

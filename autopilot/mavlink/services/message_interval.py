@@ -26,8 +26,8 @@ DEFAULT = REQUESTED = 0
 SMALLEST_INTERVAL_US = 1e-5
 SMALLEST_HZ = 1e-6
 FIXED = frozenset({"HEARTBEAT"})
-NOT_CONFIGURABLE = frozenset({"CURRENT_EVENT_SEQUENCE", "MISSION_CURRENT"})
-"""Sent by services in PX4, so that there is no stream to configure."""
+NOT_CONFIGURABLE = frozenset({mavlink.MAVLINK_MSG_ID_CURRENT_EVENT_SEQUENCE, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT})
+"""Sent by services in PX4, so that there is no stream to configure or to ask of."""
 
 
 class MessageInterval:
@@ -61,7 +61,7 @@ class MessageInterval:
         table = mavlink.mavlink_map.get(message_id)
         name = "" if table is None else table.msgname
         stream, silent = self._stream(name), name in silent_streams.SILENT
-        if name in FIXED or name in NOT_CONFIGURABLE or (stream is None and not silent):
+        if name in FIXED or message_id in NOT_CONFIGURABLE or (stream is None and not silent):
             return False
         was_there = message_id in link.requested_once or link.interval_us(message_id) is not None
         link.requested_once.discard(message_id)
@@ -69,6 +69,8 @@ class MessageInterval:
             silent_hz = silent_streams.RATES.get(link.mode, {}).get(name)
             hz = silent_hz if silent else rates.default_hz(link.mode, name)
             interval_us = STOPPED if hz is None else rates.interval_us(hz)
+        if not was_there and stream is not None:
+            stream.begin(now_us, link)
         if interval_us == STOPPED and not was_there:
             link.requested_once.add(message_id)
         running_us = max(0, interval_us)
@@ -102,7 +104,7 @@ def _interval_us(value: float) -> int:
 
 def send_interval(link: Link, message_id: int) -> None:
     """Send MESSAGE_INTERVAL: the stream's interval, -1 if it is off or unlimited, 0 if it is there and does not run."""
-    interval_us = link.interval_us(message_id) or None
+    interval_us = None if message_id in NOT_CONFIGURABLE else link.interval_us(message_id) or None
     if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
         interval_us = link.statustext_interval_us
     if interval_us is None:

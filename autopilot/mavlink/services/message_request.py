@@ -49,10 +49,13 @@ class MessageRequest:
         stream = self._stream(name)
         if stream is None and name not in silent_streams.SILENT:
             return CommandResult(MAV_RESULT_DENIED)
-        if link.interval_us(message_id) is None:
+        was_there = message_id in link.requested_once or link.interval_us(message_id) is not None
+        if not was_there:
             link.requested_once.add(message_id)
         if stream is None:
             return CommandResult(MAV_RESULT_DENIED)
+        if not was_there and stream.begin(now_us, link):
+            return CommandResult(MAV_RESULT_DENIED)  # nothing is new after that
         payloads = stream.requested(now_us, link, command.param2)
         for payload in payloads or ():
             link.send_payload(stream.codec, payload)

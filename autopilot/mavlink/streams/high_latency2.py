@@ -16,6 +16,8 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2
+AT_ONCE: Final = True
+"""It is sent when its stream begins (MavlinkStreamHighLatency2 resets _last_sent)."""
 SPEED_SCALE: Final = 5.0
 CLIMB_SCALE: Final = 10.0
 ERROR_SCALE: Final = 10.0
