@@ -46,7 +46,7 @@ class ActuatorTests:
         self._values.clear()
         self._seen = self._topics.actuator_test
 
-    def outputs(self, function: int, curve: Callable[[float], float]) -> tuple[float, int]:
+    def outputs(self, function: int, curve: Callable[[float], float]) -> tuple[float, float]:
         """What an output of this function carries, as HIL_ACTUATOR_CONTROLS and as SERVO_OUTPUT_RAW has it.
 
         Motors 0..1, servos -1..1. `curve` makes a motor's signal of a thrust.

@@ -16,7 +16,17 @@ from sitl_emu.autopilot.constants import MOST_ROTORS
 from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
 from sitl_emu.autopilot.control.actuator_test import ActuatorTests
 from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
-from sitl_emu.autopilot.control.mixer import FIRST_MOTOR, PWM_DISARMED, direct_outputs, is_motor, is_servo, mirrored
+from sitl_emu.autopilot.control.mixer import (
+    FIRST_MOTOR,
+    MOTOR_PWM_MIN,
+    MOTOR_PWM_RANGE,
+    OUTPUTS,
+    PWM_DISARMED,
+    direct_outputs,
+    is_motor,
+    is_servo,
+    mirrored,
+)
 from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
@@ -29,10 +39,6 @@ from sitl_emu.autopilot.topics import (
     Vector3,
 )
 
-PWM_MIN: Final = 1000
-PWM_RANGE: Final = 1000
-"""What PX4's simulated PWM output shows in SERVO_OUTPUT_RAW."""
-OUTPUTS: Final = 16
 LEAST_DT_S: Final = 0.0002
 MOST_DT_S: Final = 0.02
 """ControlAllocator::Run takes no other time to have passed."""
@@ -125,7 +131,7 @@ class MulticopterAllocation:
             controls = tuple([motors[n] if 0 <= n < len(motors) else 0.0 for n in self._channels])
         pwm = topics.actuator_outputs.pwm
         if told or self._reversed:
-            pwm = tuple([int(PWM_MIN + PWM_RANGE * value + 0.5) for value in controls])
+            pwm = tuple([MOTOR_PWM_MIN + MOTOR_PWM_RANGE * value for value in controls])
             if self._outputs_off:
                 pwm = tuple([PWM_DISARMED if n in self._outputs_off else pulse for n, pulse in enumerate(pwm)])
         if status_told:

@@ -14,12 +14,14 @@ LAST_MOTOR: Final = 112
 FIRST_SERVO: Final = 201
 LAST_SERVO: Final = 215
 """PWM_MAIN_FUNCn (output_functions.yaml)."""
-PWM_DISARMED: Final = 900
-MOTOR_PWM_MIN: Final = 1000
-MOTOR_PWM_RANGE: Final = 1000
-CENTRED_PWM: Final = 1500
-CENTRED_PWM_RANGE: Final = 500
+OUTPUTS: Final = 16
+PWM_DISARMED: Final = 900.0
+MOTOR_PWM_MIN: Final = 1000.0
+MOTOR_PWM_RANGE: Final = 1000.0
+CENTRED_PWM: Final = 1500.0
+CENTRED_PWM_RANGE: Final = 500.0
 """PWMSim.hpp."""
+NO_PULSES: Final = (PWM_DISARMED,) * OUTPUTS
 
 
 def is_motor(function: int) -> bool:
@@ -32,7 +34,13 @@ def is_servo(function: int) -> bool:
     return FIRST_SERVO <= function <= LAST_SERVO
 
 
-def output(function: int, value: float, curve: Callable[[float], float], *, reversible: bool) -> tuple[float, int]:
+def all_pulses(outputs: ActuatorOutputs) -> tuple[float, ...]:
+    """The pulses of all outputs; one without a function stands at its disarmed value (MixingOutput::update)."""
+    pwm = outputs.pwm[:OUTPUTS]
+    return pwm + NO_PULSES[len(pwm) :]
+
+
+def output(function: int, value: float, curve: Callable[[float], float], *, reversible: bool) -> tuple[float, float]:
     """Control and pulse of a motor or a servo; `curve` makes a motor's signal of a thrust (THR_MDL_FAC).
 
     What is no number stands at its disarmed value, and so does a motor that is told to turn backwards and can't.
@@ -42,11 +50,11 @@ def output(function: int, value: float, curve: Callable[[float], float], *, reve
         return 0.0, PWM_DISARMED
     value = max(-1.0, min(1.0, value))
     if not motor:
-        return value, round(CENTRED_PWM + CENTRED_PWM_RANGE * value)
+        return value, CENTRED_PWM + CENTRED_PWM_RANGE * value
     signal = math.copysign(curve(abs(value)), value)
     if reversible:
-        return signal, round(CENTRED_PWM + CENTRED_PWM_RANGE * signal)
-    return signal, round(MOTOR_PWM_MIN + MOTOR_PWM_RANGE * signal)
+        return signal, CENTRED_PWM + CENTRED_PWM_RANGE * signal
+    return signal, MOTOR_PWM_MIN + MOTOR_PWM_RANGE * signal
 
 
 def unchanged(thrust: float) -> float:
@@ -59,7 +67,7 @@ def direct_outputs(
 ) -> ActuatorOutputs:
     """All outputs as ROS 2 tells them; those that are neither motor nor servo stand at their disarmed value."""
 
-    def one(function: int) -> tuple[float, int]:
+    def one(function: int) -> tuple[float, float]:
         if is_motor(function):
             number = function - FIRST_MOTOR
             reversible = bool(told.motors.reversible_flags >> number & 1)

@@ -7,15 +7,13 @@ nobody has set an actuator, its output stays at the disarmed value; so do all wh
 from collections.abc import Sequence
 from typing import Final
 
+from sitl_emu.autopilot.control.mixer import CENTRED_PWM, CENTRED_PWM_RANGE, PWM_DISARMED
 from sitl_emu.autopilot.topics import ActuatorOutputs, Topics
 
 FIRST_ACTUATOR: Final = 301
 LAST_ACTUATOR: Final = 306
 """Peripheral via actuator set 1 to 6: MAV_CMD_DO_SET_ACTUATOR."""
 GRIPPER: Final = 430
-PWM_CENTRE: Final = 1500
-PWM_RANGE: Final = 500
-PWM_DISARMED: Final = 900
 
 
 def carried(function: int) -> bool:
@@ -32,14 +30,14 @@ def with_peripherals(topics: Topics, functions: Sequence[int], outputs: Actuator
     return outputs._replace(controls=tuple(controls), pwm=tuple(pwm))
 
 
-def _output(topics: Topics, function: int) -> tuple[float, int]:
+def _output(topics: Topics, function: int) -> tuple[float, float]:
     """-1..1, and microseconds."""
     gripper, actuators = topics.gripper.position, topics.actuator_set.values
     value = gripper if function == GRIPPER else actuators[function - FIRST_ACTUATOR]
     if value != value:
         return 0.0, PWM_DISARMED
     value = max(-1.0, min(1.0, value))
-    return value, round(PWM_CENTRE + PWM_RANGE * value)
+    return value, CENTRED_PWM + CENTRED_PWM_RANGE * value
 
 
 def last_used(functions: Sequence[int], used: Sequence[bool]) -> int:

@@ -245,7 +245,7 @@ class RoverAckermannControl:
     def _mirrored(self, outputs: ActuatorOutputs) -> ActuatorOutputs:
         return mirrored(outputs, self._functions, self._reversed, reversible=self._parameters.reversible)
 
-    def _output(self, function: int, value: float) -> tuple[float, int]:
+    def _output(self, function: int, value: float) -> tuple[float, float]:
         """Control and pulse; a motor that can't turn backwards has all its pulses for the one way (CA_R_REV)."""
         if is_motor(function) or is_servo(function):
             return output(function, value, unchanged, reversible=self._parameters.reversible)

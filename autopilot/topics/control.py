@@ -105,11 +105,12 @@ class RateCtrlStatus(NamedTuple):
 
 
 class ActuatorOutputs(NamedTuple):
-    """Writer: control allocation. `controls` as HIL_ACTUATOR_CONTROLS; `pwm` as SERVO_OUTPUT_RAW shows it."""
+    """Writer: control allocation. `controls` as HIL_ACTUATOR_CONTROLS; `pwm` in µs. Up to the last output that carries
+    something: of all of them mixer.py tells."""
 
     timestamp: int = 0
     controls: tuple[float, ...] = ()
-    pwm: tuple[int, ...] = ()
+    pwm: tuple[float, ...] = ()
     test_mode: bool = False
     """The outputs move for a test, though the vehicle is disarmed."""
 

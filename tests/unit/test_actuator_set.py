@@ -38,25 +38,25 @@ class Bench:
         return None if answer is None else answer.result
 
     @property
-    def pwm(self) -> tuple[int, ...]:
+    def pwm(self) -> list[float]:
         """As SERVO_OUTPUT_RAW shows it."""
-        return self.autopilot.topics.actuator_outputs.pwm
+        return list(self.autopilot.topics.actuator_outputs.pwm)
 
 
 def test_an_actuator_moves_while_armed() -> None:
     bench = Bench("sihsim_hex", PWM_MAIN_FUNC7=302, PWM_MAIN_FUNC8=301)
     assert bench.command(DO_SET_ACTUATOR, math.nan, 0.5, *(math.nan,) * 4, 0.0) == ACCEPTED
-    assert bench.pwm == (900,) * 8
+    assert bench.pwm == [900] * 8
     assert bench.command(ARM_DISARM, 1.0, FORCE) == ACCEPTED
-    assert bench.pwm[6:] == (1750, 900)
+    assert bench.pwm[6:] == [1750, 900]
     assert bench.controls is not None
     assert bench.controls.controls[6:] == (0.5, 0.0)
     assert bench.command(DO_SET_ACTUATOR, -1.0, *(math.nan,) * 5, 0.0) == ACCEPTED
-    assert bench.pwm[6:] == (1750, 1000)
+    assert bench.pwm[6:] == [1750, 1000]
     assert bench.command(DO_SET_ACTUATOR, *(0.0,) * 6, 1.0) == ACCEPTED  # there is no second set
-    assert bench.pwm[6:] == (1750, 1000)
+    assert bench.pwm[6:] == [1750, 1000]
     assert bench.command(ARM_DISARM, 0.0, FORCE) == ACCEPTED
-    assert bench.pwm == (900,) * 8
+    assert bench.pwm == [900] * 8
 
 
 def test_a_gripper_on_an_output() -> None:

@@ -42,9 +42,9 @@ class Bench:
         return None if answer is None else answer.result
 
     @property
-    def pwm(self) -> tuple[int, ...]:
+    def pwm(self) -> list[float]:
         """As SERVO_OUTPUT_RAW shows it."""
-        return self.autopilot.topics.actuator_outputs.pwm
+        return list(self.autopilot.topics.actuator_outputs.pwm)
 
 
 @pytest.fixture(scope="module")
@@ -55,13 +55,13 @@ def hexacopter() -> Bench:
 def test_a_motor_turns_for_its_time(hexacopter: Bench) -> None:
     assert hexacopter.test(0.16, 1.0, 2) == ACCEPTED
     hexacopter.run(0.5)
-    assert hexacopter.pwm == (900, 1400, 900, 900, 900, 900)  # THR_MDL_FAC 1: the root of the thrust
+    assert hexacopter.pwm == [900, 1400, 900, 900, 900, 900]  # THR_MDL_FAC 1: the root of the thrust
     assert hexacopter.controls is not None
     assert hexacopter.controls.controls == pytest.approx((0.0, 0.4, 0.0, 0.0, 0.0, 0.0))
     assert hexacopter.controls.mode == TEST_MODE
     assert hexacopter.simulator.dynamics.running
     hexacopter.run(0.52)
-    assert hexacopter.pwm == (900,) * 6
+    assert hexacopter.pwm == [900] * 6
     hexacopter.run(0.1)
     assert hexacopter.controls.mode == 0
     assert hexacopter.controls.controls == (0.0,) * 6
@@ -71,20 +71,20 @@ def test_motors_are_released_one_by_one(hexacopter: Bench) -> None:
     for motor in (1, 3):
         assert hexacopter.test(0.0, 3.0, motor) == ACCEPTED
         hexacopter.run(0.02)
-    assert hexacopter.pwm == (1000, 900, 1000, 900, 900, 900)
+    assert hexacopter.pwm == [1000, 900, 1000, 900, 900, 900]
     hexacopter.test(math.nan, 0.0, 1)
     hexacopter.run(0.02)
-    assert hexacopter.pwm == (900, 900, 1000, 900, 900, 900)
+    assert hexacopter.pwm == [900, 900, 1000, 900, 900, 900]
     hexacopter.test(math.nan, 0.0, 3)
     hexacopter.run(0.1)
-    assert hexacopter.pwm == (900,) * 6
+    assert hexacopter.pwm == [900] * 6
 
 
 def test_while_it_is_killed_no_motor_is_tried_out_and_the_time_goes_on() -> None:
     topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, vehicles.load("sihsim_hex").airframe)
     allocation = MulticopterAllocation(topics, parameters)
     topics.actuator_test = ActuatorTest(1, 102, 0.25, 1_000_000)
-    pulses = []
+    pulses: list[float] = []
     for now_us, kill in ((4000, True), (500_000, False), (600_000, True), (1_100_000, False)):
         topics.actuator_armed = ActuatorArmed(kill=kill)
         allocation.test(now_us)
@@ -98,7 +98,7 @@ def test_a_reversed_output_is_tried_out_reversed() -> None:
     allocation = MulticopterAllocation(topics, parameters)
     topics.actuator_test = ActuatorTest(1, 102, 0.16, 1_000_000)
     allocation.test(4000)
-    assert topics.actuator_outputs.pwm == (900, 1600, 900, 900, 900, 900)
+    assert list(topics.actuator_outputs.pwm) == [900, 1600, 900, 900, 900, 900]
     for number in range(1, 3):
         allocation.allocate(number * 4000, (0.0, 0.0, 0.0), -0.16, told=number == 1, status_told=False)
         assert topics.actuator_outputs.controls[:2] == pytest.approx((0.4, 0.6), abs=1e-3)

@@ -7,6 +7,7 @@ import pytest
 
 from sitl_emu.autopilot.topics import (
     ActuatorArmed,
+    ActuatorOutputs,
     EstimatorStates,
     FailsafeFlags,
     GeofenceResult,
@@ -85,6 +86,17 @@ def test_sticks_lose_what_float32_does_not_hold() -> None:
     )
     told = only(peer.send(command_long(REQUEST_MESSAGE, 69)), "MANUAL_CONTROL")[0]
     assert (told.y, told.x, told.r, told.z, told.aux1, told.aux6) == (250, 250, -250, 0, 505, 1000)
+
+
+def test_outputs_are_all_told_those_without_a_function_disarmed_and_one_message_has_no_fractions() -> None:
+    """SERVO_OUTPUT_RAW.hpp puts a float into an integer; MixingOutput publishes all of its outputs."""
+    peer = Peer()
+    peer.topics.actuator_outputs = ActuatorOutputs(1_000, (0.0449, 0.99999999, 0.0), (1044.9, 1999.99999, 900.0))
+    raw = only(peer.send(command_long(REQUEST_MESSAGE, 36)), "SERVO_OUTPUT_RAW")[0]
+    assert [getattr(raw, f"servo{number}_raw") for number in range(1, 17)] == [1044, 2000, *(900,) * 14]
+    status = only(peer.send(command_long(REQUEST_MESSAGE, 375)), "ACTUATOR_OUTPUT_STATUS")[0]
+    assert status.active == 16
+    assert status.actuator == pytest.approx([1044.9, 1999.99999, *(900.0,) * 14, *(0.0,) * 16])
 
 
 def test_places_lose_their_fractions() -> None:

@@ -26,11 +26,13 @@ OFF = (0.0, 900)
         (SERVO, -0.5, False, (-0.5, 1250)),
         (SERVO, -3.0, False, (-1.0, 1000)),
         (SERVO, NAN, False, OFF),
+        (MOTOR, 1e-6, False, (1e-3, 1001.0)),
+        (SERVO, 0.0625, False, (0.0625, 1531.25)),
     ],
 )
-def test_an_output(function: int, value: float, reversible: bool, told: tuple[float, int]) -> None:
+def test_an_output(function: int, value: float, reversible: bool, told: tuple[float, float]) -> None:
     """With THR_MDL_FAC 1 a quarter of the thrust is half of the signal; servos have no curve."""
-    assert output(function, value, math.sqrt, reversible=reversible) == told
+    assert output(function, value, math.sqrt, reversible=reversible) == pytest.approx(told)
 
 
 def test_each_output_finds_its_motor_or_servo() -> None:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from sitl_emu.autopilot.control.mixer import OUTPUTS, PWM_DISARMED, all_pulses
 from sitl_emu.autopilot.logger.packing import FORMATS, Pack, Row, by_name, row
 from sitl_emu.autopilot.logger.ulog import array_length
 from sitl_emu.autopilot.topics import (
@@ -24,9 +25,6 @@ from sitl_emu.autopilot.topics import (
 )
 
 NAN = math.nan
-OUTPUTS = 16
-UNUSED_PWM = 900.0
-"""What PX4's simulated outputs (pwm_out_sim) say where nothing is connected."""
 
 
 @row("trajectory_setpoint")
@@ -86,9 +84,9 @@ def actuators(
     def actuator_controls(pack: Pack, record: ActuatorOutputs) -> bytes:
         controls, pulses = record.controls, record.pwm
         values = [controls[n] if 0 <= n < len(controls) else unused for n in channels]
-        if UNUSED_PWM in pulses and not record.test_mode and any(pulse != UNUSED_PWM for pulse in pulses):
+        if PWM_DISARMED in pulses and not record.test_mode and any(pulse != PWM_DISARMED for pulse in pulses):
             values = [
-                NAN if 0 <= n < len(pulses) and pulses[n] == UNUSED_PWM else value
+                NAN if 0 <= n < len(pulses) and pulses[n] == PWM_DISARMED else value
                 for n, value in zip(channels, values, strict=True)
             ]
         if thrust_model_factor:
@@ -102,8 +100,7 @@ def actuators(
 @row("actuator_outputs")
 def actuator_outputs(pack: Pack, record: ActuatorOutputs) -> bytes:
     """Microseconds of each output."""
-    pwm = record.pwm[:OUTPUTS]
-    return pack(record.timestamp, OUTPUTS, *pwm, *(UNUSED_PWM,) * (OUTPUTS - len(pwm)))
+    return pack(record.timestamp, OUTPUTS, *all_pulses(record))
 
 
 @row("offboard_control_mode")

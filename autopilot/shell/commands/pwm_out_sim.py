@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 
-from sitl_emu.autopilot.control.peripherals import PWM_DISARMED
+from sitl_emu.autopilot.control.mixer import PWM_DISARMED, all_pulses
 from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, info
 from sitl_emu.autopilot.shell.commands.module import default_command
 
 NAME = "pwm_out_sim"
-CHANNELS = 16
 PWM_FAILSAFE, PWM_MIN, PWM_MAX, CENTRE = 600, 1000, 2000, 0
 """PWMSim.hpp; a centre of its own no output has."""
 SHOWN = "{} events, {}0.00us avg, min 0us max 0us 0.000us rms\n"
@@ -17,7 +16,7 @@ TICK_US = 4_000
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
-    """`pwm_out_sim status`; what outputs carry is told in whole microseconds."""
+    """`pwm_out_sim status`."""
     if list(arguments) != ["status"]:
         return (yield from default_command(NAME, True, arguments))
     flies = "mc_rate_control" in vehicle.topics.vehicle_status.vehicle_kind.traits.modules
@@ -28,12 +27,10 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     yield f"control latency: {SHOWN.format(made, '0us elapsed, ')}"
     yield info("mixer_module", "Switched to rate_ctrl work queue")
     yield "Channel Configuration:\n"
-    pwm = vehicle.topics.actuator_outputs.pwm
-    for channel in range(CHANNELS):
+    for channel, value in enumerate(all_pulses(vehicle.topics.actuator_outputs)):
         function = int(vehicle.parameters[f"PWM_MAIN_FUNC{channel + 1}"])
-        value = pwm[channel] if channel < len(pwm) else PWM_DISARMED
         yield (
             f"Channel {channel:2d}: func: {function:3d}, value: {value:.2f}, failsafe: {PWM_FAILSAFE:.2f}, "
-            f"disarmed: {PWM_DISARMED}, min: {PWM_MIN}, max: {PWM_MAX}, center: {CENTRE}\n"
+            f"disarmed: {PWM_DISARMED:.0f}, min: {PWM_MIN}, max: {PWM_MAX}, center: {CENTRE}\n"
         )
     return SUCCESS
