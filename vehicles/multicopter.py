@@ -269,7 +269,9 @@ class Multicopter(Dynamics):
         self._offset = None
 
     def motor_speeds(self) -> list[float]:
-        """See Dynamics."""
+        """See Dynamics; SIH's speed controllers tell another (throttle_to_rpm in aero.hpp) than what lifts it."""
+        if self._is_px4s:
+            return [math.sqrt(max(0.0, min(1.0, speed))) for speed in self.speeds]
         return self.speeds
 
     # --- contacts: see dynamics.Dynamics ---------------------------------------------------------------------

@@ -49,6 +49,16 @@ def test_hover_thrust_equals_weight(model: str) -> None:
     assert (body.p_rad_s, body.q_rad_s, body.r_rad_s) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
+@pytest.mark.parametrize(("model", "share"), [("sihsim_hex", 0.8), ("m600", 0.64)])
+def test_sihs_speed_controllers_tell_the_root_of_the_throttle(model: str, share: float) -> None:
+    """Thruster::throttle_to_rpm in aero.hpp: SIH's thrust goes with the throttle's square all the same."""
+    body, _ = in_the_air(model)
+    body.speeds = [0.64] * len(body.speeds)
+    assert body.motor_speeds() == pytest.approx([share] * len(body.speeds))
+    body.speeds[0] = -0.1
+    assert body.motor_speeds()[0] == (0.0 if model == "sihsim_hex" else -0.1)
+
+
 def test_rotors_that_turn_backwards_push_down() -> None:
     body, vehicle = in_the_air("iris")
     lift_off(body)
