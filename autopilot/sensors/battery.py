@@ -1,5 +1,7 @@
-"""battery_status: the battery's charge, low-passed, and what follows from it (PX4's src/lib/battery, v1.18).
+"""battery_status: the battery's charge and what follows from it (PX4's src/lib/battery, v1.18).
 
+The charge is what the simulator tells, low-passed, where PX4's follows from the voltage; with BAT1_CAPACITY it is fused
+with what was drawn.
 Its warning level (BAT_LOW_THR, BAT_CRIT_THR, BAT_EMERGEN_THR), the time that it lasts, its scale, and what an estimator
 of its resistance and open-circuit voltage finds (`battery_estimator.py`).
 """
@@ -26,6 +28,10 @@ UNKNOWN_CURRENT_A: Final = -1.0
 """How PX4's battery says that it has no current sensor."""
 GREATEST_SCALE: Final = 1.3
 LEAST_CURRENT_A: Final = 1e-3
+SETTLES_US: Final = 2_000_000
+"""A battery that was just connected is not trusted so long (Battery::updateBatteryStatus)."""
+VOLTAGE_WEIGHT: Final = 0.03
+"""Of the charge by voltage, each BATTERY_EVERY_US, where the battery is empty (Battery::estimateStateOfCharge)."""
 SECONDS_PER_HOUR: Final = 3600.0
 
 
@@ -37,6 +43,9 @@ class Battery:
         self._average_current_a = NAN
         self._estimator: BatteryEstimator | None = None
         self._cell_v = NAN
+        self._by_voltage = NAN
+        """The charge that PX4 reads off the voltage."""
+        self._unconnected_us = 0
         self._measured_us, self._due_us = 0, NEVER_US
 
     def repeat(self, now_us: int) -> None:
@@ -61,7 +70,7 @@ class Battery:
         self._measured_us = now_us
         if self._due_us == NEVER_US:
             self._due_us = now_us + BATTERY_EVERY_US
-        discharged_mah = previous.discharged_mah + (current_a * dt_s / 3.6 if known else 0.0)
+        drawn_mah = current_a * dt_s / 3.6 if known else 0.0
         voltage_v, charge = message.voltage_mv * 1e-3, message.remaining_pct * 1e-2
         if is_off:
             cells, empty_v = int(self._parameters["BAT1_N_CELLS"]), float(self._parameters["BAT1_V_EMPTY"])
@@ -71,20 +80,20 @@ class Battery:
         estimator = self._estimator
         if not previous.connected or estimator is None:
             self._estimator = estimator = BatteryEstimator(cells, voltage_v, told_a)
-            self._cell_v = cell_v
+            self._cell_v, self._by_voltage, self._unconnected_us = cell_v, charge, now_us
         else:
             weight = 1.0 - math.exp(-dt_s / CHARGE_TIME_CONSTANT_S)
-            old = previous.remaining
-            charge = old + (charge - old) * weight
+            self._by_voltage += (charge - self._by_voltage) * weight
             self._cell_v += (cell_v - self._cell_v) * weight
             estimator.update(voltage_v, told_a, dt_s)
+        charge = self._charge(now_us, previous, drawn_mah, dt_s)
         self._topics.battery_status = BatteryStatus(
             now_us,
             voltage_v >= RECOGNIZED_V,
             voltage_v,
             current_a,
             charge,
-            discharged_mah,
+            previous.discharged_mah + drawn_mah,
             battery_warning(self._parameters, charge),
             time_remaining_s=self._time_remaining_s(told_a, charge, dt_s),
             current_average_a=self._average_current_a,
@@ -98,6 +107,18 @@ class Battery:
             prediction_error=estimator.error_v,
             estimation_covariance_norm=estimator.covariance_norm,
         )
+
+    def _charge(self, now_us: int, previous: BatteryStatus, drawn_mah: float, dt_s: float) -> float:
+        """By voltage alone, or, of a known capacity, drawn towards that the more, the emptier it is
+        (Battery::estimateStateOfCharge)."""
+        by_voltage, capacity_mah = self._by_voltage, float(self._parameters["BAT1_CAPACITY"])
+        if not capacity_mah > 0.0 or now_us <= self._unconnected_us + SETTLES_US:
+            return by_voltage
+        weight, steps = VOLTAGE_WEIGHT * (1.0 - by_voltage), max(1, round(dt_s * 1e6 / BATTERY_EVERY_US))
+        drawn, charge = drawn_mah / capacity_mah / steps, previous.remaining
+        for _ in range(steps):
+            charge += weight * (by_voltage - charge) - drawn
+        return max(0.0, min(charge, 1.0 - (previous.discharged_mah + drawn_mah) / capacity_mah))
 
     def _battery_scale(self) -> float:
         """How much the voltage has fallen from BAT1_V_CHARGED, within limits (Battery::computeScale)."""

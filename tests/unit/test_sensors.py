@@ -182,6 +182,26 @@ def test_battery_counts_what_was_drawn() -> None:
     assert topics.battery_status.discharged_mah == pytest.approx(100.0)
 
 
+@pytest.mark.parametrize(
+    ("capacity_mah", "percent", "expected"),
+    [
+        (-1.0, 50, 0.5),
+        (10_000.0, 100, 0.9),  # 10 A for 360 s: no more is left, whatever the voltage says
+        (2_000.0, 40, 0.4 - 10.0 * 0.01 / 3600.0 / 2.0 / (0.03 * 0.6)),  # by voltage, and what is drawn meanwhile
+    ],
+)
+def test_the_charge_of_a_known_capacity_is_fused_with_what_was_drawn(
+    capacity_mah: float, percent: int, expected: float
+) -> None:
+    """Battery::estimateStateOfCharge, once it has been connected for two seconds."""
+    reader, topics = sensors(BAT1_CAPACITY=capacity_mah, BAT1_N_CELLS=4)
+    for tick in range(1801):
+        reader.update([IMU._replace(time_usec=tick * 200_000), SimulatedBattery(15000, 1000, percent)])
+        if tick == 10:
+            assert topics.battery_status.remaining == pytest.approx(percent * 1e-2)
+    assert topics.battery_status.remaining == pytest.approx(expected, abs=1e-4)
+
+
 def test_the_time_that_remains() -> None:
     """10 Ah, 90 % full: at 15 A (BAT_AVRG_CURRENT) at first, at the average of what was drawn in flight then."""
     reader, topics = sensors(BAT1_CAPACITY=10_000.0)
@@ -191,8 +211,8 @@ def test_the_time_that_remains() -> None:
     topics.actuator_armed = ActuatorArmed(armed=True)
     reader.update([IMU._replace(time_usec=50_000_000)])
     reader.update([SimulatedBattery(15000, 3000, 90)])
-    average_a = 15.0 + (30.0 - 15.0) * (1.0 - math.exp(-1.0))
-    assert topics.battery_status.time_remaining_s == pytest.approx(0.9 * 10.0 / average_a * 3600.0)
+    average_a, left = 15.0 + (30.0 - 15.0) * (1.0 - math.exp(-1.0)), topics.battery_status.remaining
+    assert topics.battery_status.time_remaining_s == pytest.approx(left * 10.0 / average_a * 3600.0)
     reader, topics = sensors()
     reader.update([SimulatedBattery(15000, 3000, 90)])
     assert math.isnan(topics.battery_status.time_remaining_s)
