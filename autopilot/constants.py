@@ -97,3 +97,5 @@ GEAR_UP: Final = 1
 """landing_gear."""
 MOST_ROTORS: Final = 12
 """CA_ROTOR_COUNT at most: PX4 has parameters for so many."""
+IMU_TEMPERATURE_C: Final = 15.0
+"""What SIH's IMU says (T1_C, simulator_sih/sih.hpp)."""

@@ -206,13 +206,11 @@ def test_the_imu_is_told_without_the_biases_of_its_sensors() -> None:
     assert all(imu.xgyro == pytest.approx(-0.01) and math.isfinite(imu.xacc) for imu in told)
 
 
-def test_the_imu_tells_its_temperature() -> None:
+def test_the_imu_tells_its_own_temperature_not_the_barometers() -> None:
     peer = Peer()
     peer.now_us = 1_000
     peer.fly()
-    assert only(peer.send(command_long(REQUEST_MESSAGE, 26)), "SCALED_IMU")[0].temperature == 2000
-    peer.topics.sensor_baro = peer.topics.sensor_baro._replace(temperature_c=0.0)
-    assert only(peer.send(command_long(REQUEST_MESSAGE, 26)), "SCALED_IMU")[0].temperature == 1
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 26)), "SCALED_IMU")[0].temperature == 1500
 
 
 def test_a_new_system_id_waits_for_the_next_boot() -> None:

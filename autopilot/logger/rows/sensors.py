@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 
+from sitl_emu.autopilot.constants import IMU_TEMPERATURE_C
 from sitl_emu.autopilot.logger.packing import Pack, Row, Value, by_name, row, zeros
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
@@ -34,8 +35,6 @@ SIMULATED_BAROMETER, SIMULATED_MAGNETOMETER, SIMULATED_GPS, SIMULATED_DISTANCE_S
     9240836,
 )
 """Device ids of PX4's simulated sensors (bus type SIMULATION, DRV_*_DEVTYPE_SIM)."""
-IMU_TEMPERATURE_C = 15.0
-"""Of SIH's IMU (T1_C, simulator_sih/sih.hpp)."""
 DEFAULT_TEMPERATURE = 0
 """vehicle_air_data's temperature_source: nobody measured it."""
 ESCS = 12
