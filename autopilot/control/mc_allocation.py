@@ -102,20 +102,13 @@ class MulticopterAllocation:
         """Thrust along body z that it could not give; NaN while a motor is off."""
         return NAN if self._motors_off else self._allocator.unallocated_thrust
 
-    @property
-    def stopped(self) -> bool:
-        """All outputs are at their disarmed values."""
-        return self._topics.actuator_outputs.controls is self._stopped
-
-    @property
-    def test_due(self) -> bool:
-        """An actuator is tried out, or is to be."""
-        return self._tests.due
-
     def allocate(self, now_us: int, torque: Vector3, thrust: float, *, told: bool, status_told: bool) -> None:
         """From torque and thrust to the outputs; `told`: with their pulses, `status_told`: with the allocator's status,
         for those who look on."""
         topics, allocator = self._topics, self._allocator
+        if not topics.actuator_armed.armed and not status_told:
+            self._rest(now_us)  # nobody sees what would be allocated
+            return
         roll, pitch, yaw = torque
         if self.group_test.test is not None:
             roll, pitch, yaw, thrust = self.group_test.applied(roll, pitch, yaw, thrust)
@@ -136,6 +129,9 @@ class MulticopterAllocation:
                 pwm = tuple([PWM_DISARMED if n in self._outputs_off else pulse for n, pulse in enumerate(pwm)])
         if status_told:
             topics.control_allocator_status = self._status(now_us)
+        if self._rests:
+            self._rest(now_us)
+            return
         outputs = ActuatorOutputs(now_us, controls, pwm)
         if self._peripherals:
             outputs = with_peripherals(topics, self._functions, outputs)
@@ -159,15 +155,34 @@ class MulticopterAllocation:
 
     def obey(self, now_us: int, told: DirectActuator) -> None:
         """Outputs as ROS 2 tells them: nothing is allocated."""
+        if self._rests:
+            self._rest(now_us)
+            return
         outputs = direct_outputs(now_us, self._functions, told, self._allocator.signal)
         self._topics.actuator_outputs = self._mirrored(with_peripherals(self._topics, self._functions, outputs))
 
-    def test(self, now_us: int) -> None:
-        """Disarmed, and some actuators are tried out; while it is killed none moves (MixingOutput::update)."""
-        ended = not self._tests.update(now_us, self._functions) or self._topics.vehicle_status.termination
+    @property
+    def _rests(self) -> bool:
+        """No output is to move (MixingOutput::update)."""
+        actuators = self._topics.actuator_armed
+        return not actuators.armed or actuators.kill or actuators.lockdown
+
+    def _rest(self, now_us: int) -> None:
+        """All outputs to their disarmed values but those that are tried out."""
+        actuators = self._topics.actuator_armed
+        if not actuators.armed:
+            self._allocator.rest()
+            if self._tests.due:
+                self._test(now_us, held=actuators.kill)
+                return
+        self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
+
+    def _test(self, now_us: int, *, held: bool) -> None:
+        """Disarmed, and some actuators are tried out; `held`: it is killed, none moves."""
+        ended = not self._tests.update(now_us, self._functions)
         if ended:
             self._tests.stop()
-        if ended or self._topics.actuator_armed.kill:
+        if ended or held:
             self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm, test_mode=True)
             return
         outputs = [self._tests.outputs(function, self._allocator.signal) for function in self._functions]
@@ -176,11 +191,6 @@ class MulticopterAllocation:
 
     def _mirrored(self, outputs: ActuatorOutputs) -> ActuatorOutputs:
         return mirrored(outputs, self._functions, self._reversed, reversible=False)
-
-    def stop(self, now_us: int) -> None:
-        """All outputs to their disarmed values."""
-        self._allocator.rest()
-        self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm)
 
 
 def output_channels(functions: list[int]) -> list[int]:

@@ -28,9 +28,9 @@ class RateControl:
         """What the integrators have learnt: torques."""
         self._yaw_torque = 0.0
 
-    def reset(self) -> None:
-        """Forget integrators and filter."""
-        self.integral, self._yaw_torque = (0.0, 0.0, 0.0), 0.0
+    def reset_integral(self) -> None:
+        """Forget what was learnt."""
+        self.integral = (0.0, 0.0, 0.0)
 
     def update(
         self, rates: Vector3, setpoint: Vector3, derivative: Vector3, dt: float, landed: bool, unallocated: Vector3

@@ -2,10 +2,11 @@
 
 What PX4's mc_pos_control, mc_hover_thrust_estimator, mc_att_control, mc_rate_control and control_allocator do around
 their maths (src/modules, v1.18). Position control runs when the autopilot calls `update_position` (125 Hz), attitude
-control right after it, rate control and allocation at every tick. STAB, ACRO and MANUAL fly by the sticks, OFFBOARD by
+control right after it, rate control and allocation at every tick, each where the mode asks for it (control_mode),
+whether the vehicle is armed or not: what rests is its outputs. STAB, ACRO and MANUAL fly by the sticks, OFFBOARD by
 its attitude or rates where it has some, every other mode by trajectory_setpoint. In OFFBOARD by thrust and torque only
 the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode don't count
-there: until the first comes, what was there before goes on.
+there: until the first comes, what was there before goes on. In a termination nothing runs, and the outputs stay.
 
 Left out: in a termination the parachute.
 """
@@ -13,7 +14,7 @@ Left out: in a termination the parachute.
 import math
 from typing import Final
 
-from sitl_emu.autopilot.commander.control_mode import is_of_mode
+from sitl_emu.autopilot.commander.control_mode import control_mode, is_of_mode
 from sitl_emu.autopilot.constants import NavState, TakeoffState
 from sitl_emu.autopilot.control.control_power import ControlPower
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
@@ -38,7 +39,7 @@ from sitl_emu.autopilot.control.mc_states import LastSetpoint, VehicleStates, cl
 from sitl_emu.autopilot.control.takeoff import TakeoffHandling
 from sitl_emu.autopilot.estimator.imu_filter import alpha
 from sitl_emu.autopilot.events.texts import Say
-from sitl_emu.autopilot.flight_mode import STICKS_TO_THRUST
+from sitl_emu.autopilot.flight_mode import NOTHING, ControlMode
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
 from sitl_emu.autopilot.topics import (
@@ -94,6 +95,9 @@ class MulticopterControl:
         """The last setpoint that could be flown."""
         self._position_us = self._rate_us = 0
         self._tilt_limit = 0.0
+        self._mode = NOTHING
+        """Which controllers run: what these two ask for."""
+        self._mode_of: tuple[VehicleStatus, OffboardSetpoint] | None = None
         self._attitude_due = False
         self._clear_of_ground = False
         """It has been more than a metre up since it last stood."""
@@ -175,6 +179,14 @@ class MulticopterControl:
         self._scaled_by_battery = bool(get("MC_BAT_SCALE_EN"))
         self._manual.refresh(self._parameters)
 
+    def _control_mode(self) -> ControlMode:
+        status, offboard = self._topics.vehicle_status, self._topics.offboard_setpoint
+        of = self._mode_of
+        if of is None or of[0] is not status or of[1] is not offboard:
+            self._mode_of = (status, offboard)
+            self._mode = control_mode(status.nav_state, status.vehicle_kind.traits, offboard)
+        return self._mode
+
     # --- position ------------------------------------------------------------------------------------------
 
     def update_position(self, now_us: int) -> None:
@@ -192,17 +204,16 @@ class MulticopterControl:
         states = self._vehicle_states.update(topics.vehicle_local_position, dt)
         self._setpoint.update(topics.trajectory_setpoint, topics.vehicle_local_position)
         armed = topics.actuator_armed.armed
-        nav_state = status.nav_state
-        by_sticks = nav_state in STICKS_TO_THRUST
-        offboard = topics.offboard_setpoint if nav_state == NavState.OFFBOARD else None
-        direct = offboard is not None and offboard.trajectory is None and offboard.timestamp != 0
-        want_takeoff = topics.vehicle_constraints.want_takeoff and not by_sticks and not direct
+        mode = self._control_mode()
+        controls_position = mode.velocity or mode.climb_rate  # flag_multicopter_position_control_enabled
+        by_sticks = mode.manual and not controls_position
+        want_takeoff = topics.vehicle_constraints.want_takeoff and controls_position
         takeoff = self._takeoff
         takeoff.update_state(now_us, armed, landed.landed, want_takeoff, self._spoolup_time)
-        if armed and (by_sticks or direct or self._is_thrown):
+        if armed and (not controls_position or self._is_thrown):
             takeoff.state = TakeoffState.FLIGHT
         flying = takeoff.state >= TakeoffState.FLIGHT
-        if not direct and not by_sticks:
+        if controls_position:
             self._slew_tilt_limit(self._tilt_air if flying else self._tilt_land, dt)
         if topics.takeoff_status[1:] != (takeoff.state, self._tilt_limit):
             topics.takeoff_status = TakeoffStatus(now_us, int(takeoff.state), self._tilt_limit)
@@ -211,16 +222,16 @@ class MulticopterControl:
         self._manual.follow(now_us, dt, status, landed.landed, hover.hover_thrust if hover.valid else None)
         if not by_sticks:
             self._manual.let_go(topics.vehicle_attitude.euler[2], topics.vehicle_local_position.unaided_heading)
-        if direct:
-            assert offboard is not None
-            if offboard.attitude is not None and is_of_mode(offboard.attitude.timestamp, status):
-                topics.vehicle_attitude_setpoint = offboard.attitude
-            self._position.reset_integral()
-        elif by_sticks:
-            self._fly_sticks(now_us, dt, nav_state)
-            self._position.reset_integral()
-        else:
+        if controls_position:
             self._fly_trajectory(now_us, dt, states, flying, flying and landed.ground_contact)
+            return
+        self._position.reset_integral()
+        if by_sticks:
+            self._fly_sticks(now_us, dt, status.nav_state)
+        elif mode.attitude:
+            attitude = topics.offboard_setpoint.attitude
+            if attitude is not None and is_of_mode(attitude.timestamp, status):
+                topics.vehicle_attitude_setpoint = attitude
 
     def _slew_tilt_limit(self, target: float, dt: float) -> None:
         step = TILT_LIMIT_SLEW_RAD_S * dt
@@ -311,27 +322,29 @@ class MulticopterControl:
 
     def update_rate(self, now_us: int) -> None:
         """Attitude control after each position control; rate control and allocation."""
-        topics = self._topics
         dt = (now_us - self._rate_us) * 1e-6
         self._rate_us = now_us
         if not 0.0 < dt < 0.02:
             dt = TICK_S
-        actuators = topics.actuator_armed
-        if not actuators.armed or actuators.kill or actuators.lockdown or topics.vehicle_status.termination:
-            if self._allocation.test_due:
-                self._allocation.test(now_us)
-            else:
-                self._stop(now_us)
-            return
-        status = topics.vehicle_status
-        if status.nav_state == NavState.OFFBOARD and self._obeys(now_us, topics.offboard_setpoint, status):
-            return
+        mode = self._control_mode()
         if self._attitude_due:
             self._attitude_due = False
-            self._control_attitude(now_us)
+            if mode.attitude:
+                self._control_attitude(now_us)
+            elif mode.rates and mode.offboard:
+                self._take_rates(now_us)
+        if mode.rates:
+            self._control_rates(now_us, dt)
+        elif mode.offboard:
+            self._obey(now_us, self._topics.offboard_setpoint, self._topics.vehicle_status)
+
+    def _control_rates(self, now_us: int, dt: float) -> None:
+        topics, rate = self._topics, self._rate
         setpoint, rates = topics.vehicle_rates_setpoint, topics.vehicle_angular_velocity
         landed = topics.vehicle_land_detected
-        roll, pitch, yaw = self._rate.update(
+        if not topics.actuator_armed.armed:
+            rate.reset_integral()
+        roll, pitch, yaw = rate.update(
             rates.xyz,
             setpoint.rates,
             rates.xyz_derivative,
@@ -351,7 +364,7 @@ class MulticopterControl:
         told = self._ticks % PWM_EVERY == 0
         if told:
             topics.vehicle_torque_setpoint = VehicleTorqueSetpoint(now_us, (roll, pitch, yaw))
-            topics.rate_ctrl_status = RateCtrlStatus(now_us, *self._rate.integral)
+            topics.rate_ctrl_status = RateCtrlStatus(now_us, *rate.integral)
         self._allocate(now_us, (roll, pitch, yaw), thrust, told)
 
     def _follow_battery(self) -> None:
@@ -370,34 +383,29 @@ class MulticopterControl:
         status_told = self._ticks % STATUS_EVERY == 0
         self._allocation.allocate(now_us, torque, thrust, told=told, status_told=status_told)
 
-    def _obeys(self, now_us: int, offboard: OffboardSetpoint, status: VehicleStatus) -> bool:
-        """OFFBOARD that goes round the rate controller, or round all: whether it does. What is not told anew stays."""
+    def _obey(self, now_us: int, offboard: OffboardSetpoint, status: VehicleStatus) -> None:
+        """OFFBOARD that goes round the rate controller, or round all. What is not told anew stays."""
         topics, direct, asked = self._topics, offboard.direct_actuator, offboard.thrust_and_torque
         if direct is not None:
             if direct is not self._obeyed and is_of_mode(direct.motors.timestamp, status):
                 self._obeyed = direct
                 self._allocation.obey(now_us, direct)
-            return True
-        if asked is None:
-            return False
-        if is_of_mode(asked.thrust.timestamp, status):
-            topics.vehicle_thrust_setpoint = asked.thrust
-        if asked.torque is not self._obeyed and is_of_mode(asked.torque.timestamp, status):
-            self._obeyed = topics.vehicle_torque_setpoint = asked.torque
-            self._ticks += 1
-            self._allocate(now_us, asked.torque.xyz, topics.vehicle_thrust_setpoint.xyz[2], True)
-        return True
+        elif asked is not None:
+            if is_of_mode(asked.thrust.timestamp, status):
+                topics.vehicle_thrust_setpoint = asked.thrust
+            if asked.torque is not self._obeyed and is_of_mode(asked.torque.timestamp, status):
+                self._obeyed = topics.vehicle_torque_setpoint = asked.torque
+                self._ticks += 1
+                self._allocate(now_us, asked.torque.xyz, topics.vehicle_thrust_setpoint.xyz[2], True)
+
+    def _take_rates(self, now_us: int) -> None:
+        """OFFBOARD by rates."""
+        rates, present = self._topics.offboard_setpoint.rates, self._topics.vehicle_rates_setpoint
+        told = rates is not None and is_of_mode(rates.timestamp, self._topics.vehicle_status)
+        self._set_rates(now_us, rates if rates is not None and told else present)
 
     def _control_attitude(self, now_us: int) -> None:
         topics = self._topics
-        nav_state = topics.vehicle_status.nav_state
-        if nav_state == NavState.ACRO:
-            return
-        offboard = topics.offboard_setpoint
-        if nav_state == NavState.OFFBOARD and offboard.rates is not None:
-            told = is_of_mode(offboard.rates.timestamp, topics.vehicle_status)
-            self._set_rates(now_us, offboard.rates if told else topics.vehicle_rates_setpoint)
-            return
         setpoint, reference = topics.vehicle_attitude_setpoint, self._reference
         local, q = topics.vehicle_local_position, topics.vehicle_attitude.q
         has_jumped = local.heading_reset_counter != self._heading_resets
@@ -424,15 +432,6 @@ class MulticopterControl:
         self._topics.vehicle_rates_setpoint = setpoint
         thrust = self._by_battery(setpoint.thrust_body) if self._scaled_by_battery else setpoint.thrust_body
         self._topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(now_us, thrust)
-
-    def _stop(self, now_us: int) -> None:
-        self._ticks += 1
-        if self._ticks % PWM_EVERY and self._allocation.stopped:
-            return
-        self._rate.reset()
-        self._position.reset_integral()
-        self._obeyed = None
-        self._allocation.stop(now_us)
 
 
 def _has_horizontal(setpoint: TrajectorySetpoint) -> bool:

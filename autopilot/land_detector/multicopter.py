@@ -136,19 +136,12 @@ class MulticopterLandDetector:
         )
 
     def _thrust(self, now_us: int) -> float:
-        """Thrust that is asked for, 0..1; NaN where nobody asks any more.
-
-        Our own controllers are silent while disarmed, when PX4's ask for none. Where OFFBOARD goes round them, nobody
-        speaks then in PX4 either.
-        """
-        setpoint, status = self._topics.vehicle_thrust_setpoint, self._topics.vehicle_status
-        if setpoint.timestamp < status.armed_time and not self._goes_round_controllers():
-            return 0.0
-        return -setpoint.xyz[2] if now_us - setpoint.timestamp < FRESH_US else math.nan
-
-    def _goes_round_controllers(self) -> bool:
-        nav_state, offboard = self._topics.vehicle_status.nav_state, self._topics.offboard_setpoint
-        return nav_state is NavState.OFFBOARD and not asked_for(offboard).rates
+        """Thrust that is asked for, 0..1, none where that is no number; NaN where nobody asks any more."""
+        setpoint = self._topics.vehicle_thrust_setpoint
+        if now_us - setpoint.timestamp >= FRESH_US:
+            return math.nan
+        thrust = -setpoint.xyz[2]
+        return thrust if thrust == thrust else 0.0
 
     def _thrust_is_low(self, now_us: int) -> bool:
         estimate = self._topics.hover_thrust_estimate

@@ -137,7 +137,8 @@ class VehicleSimulator:
         self._mag = self.magnetometer.read(self.dynamics.q)
         self._pressure = self.barometer.read(home.alt_amsl_m - self.dynamics.down_m)
         self._by_output = vehicle.sih_rover is not None
-        self._output_us = -1
+        self._escs_by_output = self._by_output or (vehicle.gear is not None and vehicle.gear.is_px4s)
+        self._output_us = -ESCS_EVERY_US
         self._was_armed = False
         self._controls: tuple[float, ...] = ()
         self._armed = False
@@ -306,8 +307,9 @@ class VehicleSimulator:
         return updated
 
     def _esc_messages(self, now_us: int) -> list[SimulatorMessage]:
-        """How fast the motors turn; SIH's rover says so only when outputs come, the first of which arming brings."""
-        if self._by_output and (not self._was_armed or now_us - self._output_us >= ESCS_EVERY_US):
+        """How fast the motors turn; SIH says so only when outputs come (read_motors), its rover's first by arming."""
+        silent = self._escs_by_output and now_us - self._output_us >= ESCS_EVERY_US
+        if silent or (self._by_output and not self._was_armed):
             return []
         rpm = tuple([round(self._full_rpm * speed) for speed in self.dynamics.motor_speeds()])
         firsts = range(0, len(rpm), ESCS_PER_MESSAGE)

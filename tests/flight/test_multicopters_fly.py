@@ -161,12 +161,21 @@ def test_without_takeoff_the_motors_stay_low_and_the_vehicle_landed() -> None:
     assert rig.simulator.pose().down_m == pytest.approx(rig.ground_down_m, abs=0.02)
 
 
-def test_termination_stops_the_motors() -> None:
+def test_in_a_termination_nobody_speaks_and_the_motors_turn_on() -> None:
+    """TERMINATION enables no controller (control_mode.cpp), so that PX4's simulated outputs stay (PWMSim.cpp)."""
     rig = Rig("iris")
     rig.take_off(10.0)
-    rig.topics.vehicle_status = rig.topics.vehicle_status._replace(termination=True)
-    rig.run(0.1)
-    assert set(rig.topics.actuator_outputs.controls) == {0.0}
+    topics = rig.topics
+    rig.mode(NavState.TERMINATION)
+
+    def told() -> tuple[object, ...]:
+        setpoints = (topics.vehicle_local_position_setpoint, topics.vehicle_attitude_setpoint)
+        return (topics.actuator_outputs, topics.vehicle_rates_setpoint, topics.vehicle_thrust_setpoint, *setpoints)
+
+    before = told()
+    rig.run(1.0)
+    assert told() == before and min(topics.actuator_outputs.controls) > 0.3
+    assert rig.topics.vehicle_local_position.z < -6.0
 
 
 def test_no_position_no_fly_away() -> None:

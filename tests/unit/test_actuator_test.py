@@ -87,7 +87,7 @@ def test_while_it_is_killed_no_motor_is_tried_out_and_the_time_goes_on() -> None
     pulses: list[float] = []
     for now_us, kill in ((4000, True), (500_000, False), (600_000, True), (1_100_000, False)):
         topics.actuator_armed = ActuatorArmed(kill=kill)
-        allocation.test(now_us)
+        allocation.allocate(now_us, (0.0, 0.0, 0.0), 0.0, told=True, status_told=False)
         pulses.append(topics.actuator_outputs.pwm[1])
     assert pulses == [900, 1500, 900, 900]
 
@@ -97,8 +97,9 @@ def test_a_reversed_output_is_tried_out_reversed() -> None:
     topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, airframe)
     allocation = MulticopterAllocation(topics, parameters)
     topics.actuator_test = ActuatorTest(1, 102, 0.16, 1_000_000)
-    allocation.test(4000)
+    allocation.allocate(4000, (0.0, 0.0, 0.0), 0.0, told=True, status_told=False)
     assert list(topics.actuator_outputs.pwm) == [900, 1600, 900, 900, 900, 900]
+    topics.actuator_armed = ActuatorArmed(armed=True)
     for number in range(1, 3):
         allocation.allocate(number * 4000, (0.0, 0.0, 0.0), -0.16, told=number == 1, status_told=False)
         assert topics.actuator_outputs.controls[:2] == pytest.approx((0.4, 0.6), abs=1e-3)

@@ -13,12 +13,15 @@ from sitl_emu.autopilot.topics import (
     BatteryStatus,
     FailureDetectorStatus,
     ManualControlSetpoint,
+    OffboardSetpoint,
     Topics,
     TrajectorySetpoint,
+    Vector3,
     VehicleAttitude,
     VehicleConstraints,
     VehicleLandDetected,
     VehicleLocalPosition,
+    VehicleRatesSetpoint,
     VehicleStatus,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -119,6 +122,57 @@ def test_of_an_empty_battery_more_thrust_and_torque_are_asked_where_mc_bat_scale
     topics.battery_status = BatteryStatus(connected=False)
     flown.fly(10)
     assert topics.vehicle_thrust_setpoint.xyz[2] == pytest.approx(factor * topics.vehicle_rates_setpoint.thrust_body[2])
+
+
+STICKS = ManualControlSetpoint(1, True, roll=-0.8, pitch=0.5, yaw=0.6)
+RATES = OffboardSetpoint(1, rates=VehicleRatesSetpoint(1, (0.3, -0.2, 0.5), (0.0, 0.0, -0.4)))
+
+
+@pytest.mark.parametrize(
+    ("nav_state", "offboard", "asked"),
+    [
+        (NavState.STAB, OffboardSetpoint(), (-1.81, -1.37, 1.15)),
+        (NavState.OFFBOARD, RATES, (0.3, -0.2, 0.5)),
+    ],
+)
+def test_who_is_disarmed_controls_attitude_and_rates_and_its_outputs_rest(
+    nav_state: NavState, offboard: OffboardSetpoint, asked: Vector3
+) -> None:
+    """MulticopterAttitudeControl::Run and MulticopterRateControl::Run ask for the mode's flags alone."""
+    flown = FlyingControl()
+    topics = flown.topics
+    topics.actuator_armed, topics.manual_control_setpoint, topics.offboard_setpoint = ActuatorArmed(), STICKS, offboard
+    topics.vehicle_status = VehicleStatus(nav_state=nav_state)
+    flown.fly(150)
+    rates, now_us = topics.vehicle_rates_setpoint, flown.now_us
+    assert rates.rates == pytest.approx(asked, abs=0.02)
+    torque, status = topics.vehicle_torque_setpoint, topics.control_allocator_status
+    assert abs(torque.xyz[0]) > 0.01 and now_us - torque.timestamp <= 40_000 and now_us - status.timestamp <= 400_000
+    assert now_us - topics.vehicle_thrust_setpoint.timestamp <= 8_000
+    assert max(map(abs, topics.rate_ctrl_status[1:])) < 0.01, "what it learnt is forgotten"
+    assert topics.actuator_controls_status.control_power[0] > 0.0
+    assert set(topics.actuator_outputs.controls) == {0.0} and set(topics.actuator_outputs.pwm) == {900}
+    assert topics.actuator_outputs.timestamp == now_us
+
+
+@pytest.mark.parametrize("nav_state", [NavState.OFFBOARD, NavState.TERMINATION])
+def test_a_mode_without_controllers_tells_nothing(nav_state: NavState) -> None:
+    """control_mode.cpp: OFFBOARD whose setpoint has not come, and TERMINATION."""
+    flown = FlyingControl()
+    topics = flown.topics
+
+    def told() -> tuple[object, ...]:
+        rates, torque = topics.vehicle_rates_setpoint, topics.vehicle_torque_setpoint
+        places = (topics.vehicle_attitude_setpoint, topics.vehicle_local_position_setpoint)
+        return (*places, rates, torque, topics.vehicle_thrust_setpoint, topics.actuator_outputs)
+
+    for armed in (False, True):
+        topics.actuator_armed = ActuatorArmed(armed=armed)
+        topics.vehicle_status = VehicleStatus(nav_state=NavState.POSCTL)
+        flown.fly(10)
+        before, topics.vehicle_status = told(), VehicleStatus(nav_state=nav_state)
+        flown.fly(50)
+        assert told() == before
 
 
 @pytest.mark.parametrize("handled", [0, 1])

@@ -1,5 +1,7 @@
 """Land detector: a multicopter that comes down, and a rover that never leaves the ground."""
 
+import math
+
 import pytest
 
 from sitl_emu.autopilot.constants import NavState, TakeoffState
@@ -15,7 +17,6 @@ from sitl_emu.autopilot.topics import (
     TrajectorySetpoint,
     VehicleGlobalPosition,
     VehicleLocalPosition,
-    VehicleStatus,
     VehicleThrustSetpoint,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -177,17 +178,14 @@ def test_waiting_for_takeoff_is_landed_and_thrust_ends_that() -> None:
     assert not topics.vehicle_land_detected.landed
 
 
-def test_arming_alone_is_no_takeoff() -> None:
-    """The thrust setpoint is still that of the flight before."""
+@pytest.mark.parametrize(("age_us", "thrust", "is_low"), [(0, 0.0, True), (0, math.nan, True), (1_000_000, 0.0, False)])
+def test_a_thrust_that_nobody_asks_for_any_more_is_not_low(age_us: int, thrust: float, is_low: bool) -> None:
+    """MulticopterLandDetector.cpp, _update_topics and _get_ground_contact_state: disarmed, too."""
     topics = Topics()
     detector = LandDetector(topics, Parameters(VehicleKind.MULTICOPTER), VehicleKind.MULTICOPTER.traits)
-    topics.vehicle_local_position = VehicleLocalPosition(0, 0, True, True, True, True)
-    topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(1_000_000, (0.0, 0.0, -0.3))
-    detector.update(9_980_000)
-    topics.actuator_armed = ActuatorArmed(True)
-    topics.vehicle_status = VehicleStatus(10_000_000, True, 10_000_000)
+    topics.vehicle_thrust_setpoint = VehicleThrustSetpoint(10_000_000 - age_us, (0.0, 0.0, -thrust))
     detector.update(10_000_000)
-    assert topics.vehicle_land_detected.landed
+    assert topics.vehicle_land_detected.has_low_throttle is is_low
 
 
 def rover(nav_state: NavState, north_deg: float = 0.0) -> tuple[Topics, LandDetector]:

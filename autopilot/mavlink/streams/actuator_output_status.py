@@ -4,11 +4,12 @@ from typing import Final
 
 from sitl_emu.autopilot.control.mixer import OUTPUTS, all_pulses
 from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.streams import Fields, servo_output_raw
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS
 PLACES: Final = 32
+stamp = servo_output_raw.stamp
 
 
 def fields(now_us: int, context: Context) -> Fields | None:

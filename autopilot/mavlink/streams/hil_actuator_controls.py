@@ -5,12 +5,13 @@ from typing import Final
 from sitl_emu.autopilot.commander.custom_mode import FLAG_GUIDED_ENABLED
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.streams import Fields, heartbeat
+from sitl_emu.autopilot.mavlink.streams import Fields, heartbeat, servo_output_raw
 from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS
 CHANNELS: Final = 16
 TEST_ENABLED: Final = 2
+stamp = servo_output_raw.stamp
 
 
 def fields(now_us: int, context: Context) -> Fields | None:

@@ -9,6 +9,12 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """Once per output: none comes where a mode allocates nothing."""
+    outputs = context.actuator_outputs()
+    return 0 if outputs is None else outputs.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """Microseconds, without their fraction."""
     outputs = context.actuator_outputs()
