@@ -61,6 +61,8 @@ FAR_M: Final = 2.0
 """Faster, and farther from its target than this, a trajectory has a bearing to look along."""
 CLIMB_FIRST_M: Final = 1.0
 """So far above where it left the ground, height comes before place."""
+AT_REST: Final = ((0.0, 0.0, 0.0),) * 3
+"""Position, velocity, acceleration."""
 
 
 class Auto:
@@ -129,11 +131,12 @@ class Auto:
         """
         self._yaw_aligned = False
         self._land_nudge.forget()
+        self._smoothing.reset(*AT_REST)
 
     def activate(self, last: TrajectorySetpoint) -> None:
-        """Go on from the last setpoint."""
+        """Go on from the last setpoint; begun anew on the ground it still has the plan of before."""
         local = self._topics.vehicle_local_position
-        self._smoothing.reset(*start_state(last, local))
+        self._smoothing.force_state(*start_state(last, local))
         yaw = last.yaw if math.isfinite(last.yaw) else local.heading
         self._heading.reset(yaw, last.yawspeed if math.isfinite(last.yawspeed) else 0.0)
         self._yaw, self._yawspeed = last.yaw, 0.0

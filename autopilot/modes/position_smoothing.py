@@ -63,6 +63,11 @@ class PositionSmoothing:
             axis.reset(x, v, a)
         self._straight_speed = 0.0
 
+    def force_state(self, position: Point, velocity: Point, acceleration: Point) -> None:
+        """Be elsewhere and move otherwise, with the plan as it is (PositionSmoothing::reset)."""
+        for axis, x, v, a in zip(self.axes, position, velocity, acceleration, strict=True):
+            axis.force_state(x, v, a)
+
     def update(
         self,
         position: Point,

@@ -43,14 +43,18 @@ class VelocitySmoothing:
         self.reset(0.0, 0.0, 0.0)
 
     def reset(self, position: float, velocity: float, acceleration: float) -> None:
-        """Go on from this state, with nothing planned."""
+        """Go on from this state, with nothing planned: as one that PX4 makes anew."""
+        self.force_state(position, velocity, acceleration)
+        self.velocity_setpoint = velocity
+        self._direction = 0.0
+        self._t1 = self._t2 = self._t3 = self._time_s = 0.0
+
+    def force_state(self, position: float, velocity: float, acceleration: float) -> None:
+        """Be elsewhere and move otherwise, with the plan as it is (VelocitySmoothing::reset)."""
         self.position = self._x0 = position
         self.velocity = self._v0 = velocity
         self.acceleration = self._a0 = acceleration
         self.jerk = 0.0
-        self.velocity_setpoint = velocity
-        self._direction = 0.0
-        self._t1 = self._t2 = self._t3 = self._time_s = 0.0
 
     def force_position(self, position: float) -> None:
         """Be elsewhere, with the plan as it is."""

@@ -344,6 +344,15 @@ def test_on_the_ground_the_trajectory_does_not_shake_with_the_vehicle() -> None:
     assert setpoint.acceleration == (0.0, 0.0, 0.0) and setpoint.velocity == (0.0, 0.0, 0.7)
 
 
+def test_on_the_ground_the_trajectory_still_has_the_plan_of_before() -> None:
+    """VelocitySmoothing::reset takes the state alone: each step tells of the jerk that ends the 0.7 m/s."""
+    follower = Follower(up=0.0, MPC_JERK_AUTO=4.0)
+    follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.READY_FOR_TAKEOFF)
+    setpoint = follower.fly(0.08)[-1].setpoint
+    assert setpoint.jerk == (0.0, 0.0, -4.0) and setpoint.acceleration[2] == pytest.approx(-4.0 * 0.008)
+    assert setpoint.velocity[2] == pytest.approx(0.7, abs=1e-3)
+
+
 def test_what_brakes_from_a_dive_is_not_cut_off_by_the_limits() -> None:
     """FlightTaskAuto::_updateTrajConstraints: the controller may go as fast as the trajectory still does."""
     follower = Follower(up=100.0)
