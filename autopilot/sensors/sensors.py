@@ -73,6 +73,9 @@ UNKNOWN_SIGNAL_QUALITY: Final = 0
 INVALID_SIGNAL_QUALITY: Final = 1
 DOWNWARD: Final = 25
 """MAV_SENSOR_ROTATION_PITCH_270: what the estimator takes for a height above ground."""
+GREATEST_INT16: Final = 0x7FFF
+RANGE_UINT16: Final = 0x10000
+"""DISTANCE_SENSOR.current_distance above the first and out of range is a negative one: below the ground (lidar.py)."""
 SEA_LEVEL_TEMPERATURE_K: Final = 288.15
 LAPSE_RATE_K_M: Final = 0.0065
 LARGEST_ACCEL_M_S2: Final = 20_000.0
@@ -327,9 +330,10 @@ class Sensors:
             return
         distance, nearest, farthest = message.current_distance, message.min_distance, message.max_distance
         within = nearest <= distance <= farthest
+        below_ground = not within and distance > GREATEST_INT16
         self._topics.distance_sensor = DistanceSensorSample(
             message.time_boot_ms * 1000,
-            distance * 1e-2 if within else NAN,
+            distance * 1e-2 if within else (distance - RANGE_UINT16) * 1e-2 if below_ground else NAN,
             nearest * 1e-2,
             farthest * 1e-2,
             message.orientation,

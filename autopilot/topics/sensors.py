@@ -82,7 +82,7 @@ class SensorGps(NamedTuple):
 
 
 class DistanceSensorSample(NamedTuple):
-    """uORB distance_sensor: current_distance is NaN when nothing is in range."""
+    """uORB distance_sensor: current_distance is NaN when nothing is in range, and negative below the ground."""
 
     timestamp: int = 0
     current_distance: float = NAN

@@ -370,6 +370,15 @@ def test_the_quality_of_a_distance_is_told(distance_m: float, quality: int, told
     assert sensor.signal_quality == told
 
 
+def test_a_distance_below_the_ground_is_told_as_16_bits_of_it() -> None:
+    """streams/DISTANCE_SENSOR.hpp turns a negative float into a uint16."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.topics.distance_sensor = DistanceSensorSample(1_000, -0.395, 0.0, 100.0, signal_quality=0)
+    sensor = only(peer.send(command_long(REQUEST_MESSAGE, 132)), "DISTANCE_SENSOR")[0]
+    assert (sensor.current_distance, sensor.signal_quality) == (65_497, 1)
+
+
 def test_a_distance_sensor_of_others_is_told_as_it_was_heard() -> None:
     """But for centimetres that float32 does not hold (streams/DISTANCE_SENSOR.hpp); out of range, too."""
     peer = Peer()

@@ -103,6 +103,14 @@ def test_distance_out_of_range_is_nan_and_worth_nothing(
     assert topics.distance_sensor.signal_quality == quality
 
 
+def test_a_distance_below_the_ground_is_negative_and_worth_nothing() -> None:
+    """As in PX4's SIH, whose DISTANCE_SENSOR has 16 bits of it."""
+    reader, topics = sensors()
+    reader.update([DistanceSensor(4, 0, 10_000, 65_497, 0, 0, 25, 0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), 1), IMU])
+    assert topics.distance_sensor.current_distance == pytest.approx(-0.39)
+    assert topics.distance_sensor.signal_quality == 0
+
+
 def test_a_forward_lidar_is_no_height() -> None:
     reader, topics = sensors()
     reader.update([DistanceSensor(4, 20, 1200, 300, 0, 0, 0, 0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), 0), IMU])

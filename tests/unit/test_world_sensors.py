@@ -172,10 +172,11 @@ def test_lidar_reads_in_range_and_says_so_out_of_it() -> None:
         assert blind.signal_quality == 1
 
 
-def test_px4s_own_lidar_sees_nothing_valid_on_the_ground_and_below() -> None:
+def test_px4s_own_lidar_says_how_far_below_the_ground_it_is_and_that_this_is_not_valid() -> None:
+    """Sih::send_dist_snsr gives a negative distance, streams/DISTANCE_SENSOR.hpp the 16 bits of its centimetres."""
     lidar = Lidar(present(vehicles.load("sihsim_hex").sensors.lidar), FlatGround(), 1, "uas")
     shots = [lidar.read(0, 0.0, 0.0, down_m, LEVEL) for down_m in (-2.0, 0.0, 0.3)]
-    assert [(shot.current_distance, shot.signal_quality) for shot in shots] == [(200, 0), (0, 1), (0, 1)]
+    assert [(shot.current_distance, shot.signal_quality) for shot in shots] == [(200, 0), (0, 1), (65536 - 30, 1)]
     lidar.override_m = 0.0
     shot = lidar.read(0, 0.0, 0.0, 0.3, LEVEL)
     assert (shot.current_distance, shot.signal_quality) == (0, 0), "SIH_DISTSNSR_OVR is believed"

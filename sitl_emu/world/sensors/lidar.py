@@ -2,15 +2,17 @@
 
 The beam is followed by fixed-point iteration on the height map (which converges on slopes less steep than the beam
 is from the horizon). Nothing in range is reported as MAVLink's convention and PX4 expect it: current_distance one
-centimetre above max_distance, signal quality 1 ("invalid"). On the ground PX4's own (`is_px4s`) says 0 cm and 1: the
-vehicle stands a little below it (Sih::send_dist_snsr). It errs by white noise and by an error that lasts. Canopy and
-crop of a world's `cover` are met where they have leaves; water is heard from steeply above alone, and never what
-lies below it (`areas.py`). Flames, smoke and the corn field's plants are not seen.
+centimetre above max_distance, signal quality 1 ("invalid"). Below the ground, where SIH's vehicles stand, PX4's own
+(`is_px4s`) says how far below and 1 (Sih::send_dist_snsr): a negative number, of which 16 bits are left. It errs by
+white noise and by an error that lasts. Canopy and crop of a world's `cover` are met where they have leaves; water is
+heard from steeply above alone, and never what lies below it (`areas.py`). Flames, smoke and the corn field's plants
+are not seen.
 """
 
 import math
 from typing import Final
 
+from sitl_emu.core.c_types import integer
 from sitl_emu.core.simulator_api import DistanceSensor
 from sitl_emu.vehicles.description import Lidar as LidarData
 from sitl_emu.vehicles.dynamics import Quaternion, Vector3
@@ -57,7 +59,8 @@ class Lidar:
     def read(self, time_us: int, north_m: float, east_m: float, down_m: float, attitude: Quaternion) -> DistanceSensor:
         """One shot from the vehicle's centre."""
         data = self._data
-        distance = beam(self._terrain, north_m, east_m, down_m, attitude, data.max_distance_m)
+        along = beam(self._terrain, north_m, east_m, down_m, attitude, data.max_distance_m)
+        distance = max(along, 0.0)
         if self._obstacles is not None:
             axis = body_down(attitude)
             met = self._obstacles.ray((north_m, east_m, down_m), axis, data.max_distance_m)
@@ -73,12 +76,12 @@ class Lidar:
             seen = self.override_m
         in_range = data.min_distance_m <= seen <= data.max_distance_m
         max_cm = round(data.max_distance_m * 100)
-        is_grounded = data.is_px4s and distance <= 0.0 and self.override_m < 0.0
+        is_grounded = data.is_px4s and along <= 0.0 and self.override_m < 0.0
         return DistanceSensor(
             time_us // 1000,
             round(data.min_distance_m * 100),
             max_cm,
-            0 if is_grounded else round(seen * 100) if in_range else max_cm + 1,
+            integer("H", 100.0 * along) if is_grounded else round(seen * 100) if in_range else max_cm + 1,
             LASER,
             0,
             DOWNWARD_FACING,
@@ -99,7 +102,10 @@ def body_down(attitude: Quaternion) -> Vector3:
 def beam(
     terrain: Terrain, north_m: float, east_m: float, down_m: float, attitude: Quaternion, max_distance_m: float
 ) -> float:
-    """Length (m) of a ray along body down to the ground; inf when it meets none within `max_distance_m`."""
+    """Length (m) of a ray along body down to the ground; inf when it meets none within `max_distance_m`.
+
+    Negative below the ground.
+    """
     dn, de, dd = body_down(attitude)
     if dd <= 0.05:
         return math.inf
@@ -111,4 +117,4 @@ def beam(
             distance = further
             break
         distance = min(further, 2.0 * max_distance_m)
-    return max(distance, 0.0) if distance <= max_distance_m else math.inf
+    return distance if distance <= max_distance_m else math.inf
