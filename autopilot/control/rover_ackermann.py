@@ -2,7 +2,8 @@
 
 Behaves as PX4's rover_ackermann (src/modules/rover_ackermann, v1.18), whose work item runs at 100 Hz. When other
 controllers take over, all begin anew. Disarmed, both actuators are told once to stop, and nothing after that, not even
-for an actuator test: PX4's simulated outputs (PWMSim::updateOutputs) speak only when a motor is told something.
+for an actuator test: PX4's simulated outputs (PWMSim::updateOutputs) speak only when a motor is told something. So they
+are silent, too, before any throttle was ever asked for, and once terminated: what it was told last, the rover does on.
 """
 
 import math
@@ -119,7 +120,8 @@ class RoverAckermannControl:
                 self._obey(now_us, direct, locked=armed.kill or armed.lockdown)
                 return
             self._drive(now_us, status.nav_state, mode)
-            self._publish(now_us, locked=armed.kill or armed.lockdown)
+            if mode.allocation and math.isfinite(self._setpoints.throttle):
+                self._publish(now_us, locked=armed.kill or armed.lockdown)
             return
         if self._was_armed:
             self._was_armed = False

@@ -77,7 +77,7 @@ class RoverBody:
         for _ in range(round(seconds * 1e6 / DT_US)):
             self.now_us += DT_US
             self.control.update_rate(self.now_us)
-            steering, throttle = self.topics.actuator_outputs.controls
+            steering, throttle = self.topics.actuator_outputs.controls or (0.0, 0.0)
             dt = DT_US * 1e-6
             self.steering += (steering * most - self.steering) * dt / 0.08
             self.speed += (throttle * self.full_speed - self.speed) * dt / 0.15

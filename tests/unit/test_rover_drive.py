@@ -7,7 +7,12 @@ import pytest
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.control.rover_ackermann import NEEDED_TO_DRIVE, NEEDED_TO_STEER
 from sitl_emu.autopilot.events.events import layout
-from sitl_emu.autopilot.topics import ActuatorArmed, ManualControlSetpoint, OffboardSetpoint
+from sitl_emu.autopilot.topics import (
+    ActuatorArmed,
+    ManualControlSetpoint,
+    OffboardSetpoint,
+    VehicleAttitudeSetpoint,
+)
 from tests.unit.rover_body import RoverBody
 
 AROUND = [(20.0, 0.0), (0.0, 20.0), (-12.0, 4.0), (-8.0, 0.0), (0.0, -5.0), (3.0, 3.0), (-1.0, -3.0), (40.0, 40.0)]
@@ -273,6 +278,27 @@ def test_disarmed_it_is_told_to_stop_only_once() -> None:
     told = rover.topics.actuator_outputs
     rover.drive(1.0)
     assert rover.topics.actuator_outputs is told
+
+
+def test_terminated_it_is_told_nothing_and_does_on_what_it_did() -> None:
+    """RoverAckermann::updateControllers: without flag_control_allocation_enabled no actuator_motors are published."""
+    rover = sticks(NavState.MANUAL, 0.4)
+    rover.drive(1.0)
+    told = rover.topics.actuator_outputs
+    rover.topics.vehicle_status = rover.topics.vehicle_status._replace(nav_state=NavState.TERMINATION)
+    rover.drive(1.0)
+    assert rover.topics.actuator_outputs is told and told.controls[1] == pytest.approx(0.4)
+
+
+def test_outputs_say_nothing_before_a_throttle_was_ever_asked_for() -> None:
+    """AckermannActControl::updateActControl: an attitude alone asks for none."""
+    rover = RoverBody("sihsim_rover_ackermann", NavState.OFFBOARD)
+    rover.topics.offboard_setpoint = OffboardSetpoint(1, attitude=VehicleAttitudeSetpoint(1))
+    rover.control.update_rate(2_000_000)
+    assert rover.topics.actuator_outputs.timestamp == 0
+    rover.offboard(velocity=(1.0, 0.0, 0.0))
+    rover.control.update_rate(3_000_000)
+    assert rover.topics.actuator_outputs.timestamp == 3_000_000
 
 
 def test_a_mode_of_aircraft_gives_nothing_new_to_do() -> None:
