@@ -7,7 +7,7 @@ north; sticks that have fallen silent stay as they were. Modes of aircraft give 
 import math
 from typing import NamedTuple
 
-from sitl_emu.autopilot.commander.control_mode import asks_for_position, is_of_mode
+from sitl_emu.autopilot.commander.control_mode import asks_for_position, has_any, is_of_mode
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.control.ackermann_controllers import NAN, RoverState, Setpoints, Target
 from sitl_emu.autopilot.control.pure_pursuit import Place
@@ -88,8 +88,9 @@ class OffboardMode:
     """OFFBOARD with positions or velocities. A setpoint counts only from the first that came in the mode, and is
     published then (trajectory_setpoint: PX4's MAVLink does so).
 
-    Asked for anything else the mode writes nothing (AckermannOffboardMode.cpp): ROS 2 then writes what the controllers
-    that run take, each message once. What a controller makes itself, it writes over that.
+    Asked for anything else the mode writes nothing (AckermannOffboardMode.cpp): by an acceleration alone the rover
+    drives on as it did. ROS 2 then writes what the controllers that run take, each message once. What a controller
+    makes itself, it writes over that.
     """
 
     def __init__(self, topics: Topics) -> None:
@@ -109,9 +110,9 @@ class OffboardMode:
         if asks_for_position(offboard):
             north, east, _ = self._trajectory.position
             setpoints.target = Target((north, east)) if math.isfinite(north + east) else None
-            return
-        vn, ve, _ = self._trajectory.velocity
-        setpoints.speed, setpoints.yaw = math.hypot(vn, ve), math.atan2(ve, vn)
+        elif has_any(offboard.trajectory.velocity):
+            vn, ve, _ = self._trajectory.velocity
+            setpoints.speed, setpoints.yaw = math.hypot(vn, ve), math.atan2(ve, vn)
 
     def _take(self, told: RoverSetpoint, setpoints: Setpoints) -> None:
         status = self._topics.vehicle_status

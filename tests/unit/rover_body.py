@@ -65,9 +65,9 @@ class RoverBody:
             setpoints.append(PositionSetpoint())
         self.topics.position_setpoint_triplet = PositionSetpointTriplet(self.now_us, *setpoints)
 
-    def offboard(self, position: Vector3 = NAN3, velocity: Vector3 = NAN3) -> None:
+    def offboard(self, position: Vector3 = NAN3, velocity: Vector3 = NAN3, acceleration: Vector3 = NAN3) -> None:
         """Publish an offboard setpoint."""
-        trajectory = TrajectorySetpoint(self.now_us, position, velocity)
+        trajectory = TrajectorySetpoint(self.now_us, position, velocity, acceleration)
         self.topics.offboard_setpoint = OffboardSetpoint(self.now_us, trajectory)
 
     def drive(self, seconds: float) -> list[tuple[float, float, float, float]]:

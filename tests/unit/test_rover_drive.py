@@ -184,6 +184,17 @@ def test_offboard_drives_at_a_velocity() -> None:
     assert north < 5.0
 
 
+def test_offboard_by_an_acceleration_alone_drives_on_at_the_last_velocity() -> None:
+    """AckermannOffboardMode::offboardControl publishes for positions and velocities; the controllers stay the same."""
+    rover = RoverBody("rover", NavState.OFFBOARD)
+    rover.offboard(velocity=(0.0, 2.0, 0.0))
+    rover.drive(4.0)
+    rover.offboard(acceleration=(1.0, 0.0, 0.0))
+    rover.heading = 0.0
+    _, _, heading, speed = rover.drive(4.0)[-1]
+    assert math.degrees(heading) == pytest.approx(90.0, abs=1.0) and speed == pytest.approx(2.0, abs=0.1)
+
+
 def test_offboard_without_a_trajectory_stops() -> None:
     rover = RoverBody("rover", NavState.OFFBOARD)
     rover.topics.offboard_setpoint = OffboardSetpoint(1)
