@@ -85,8 +85,7 @@ def acceptance_radius_m(angle_rad: float, parameters: RoverParameters) -> float:
 
 
 class OffboardMode:
-    """OFFBOARD with positions or velocities. A setpoint counts only from the first that came in the mode, and is
-    published then (trajectory_setpoint: PX4's MAVLink does so).
+    """OFFBOARD with positions or velocities. A setpoint counts only from the first that came in the mode.
 
     Asked for anything else the mode writes nothing (AckermannOffboardMode.cpp): by an acceleration alone the rover
     drives on as it did. ROS 2 then writes what the controllers that run take, each message once. What a controller
@@ -98,6 +97,18 @@ class OffboardMode:
         self._trajectory = STANDSTILL
         self._taken = RoverSetpoint()
 
+    def publish(self) -> None:
+        """What has come in the mode, as PX4's MAVLink does, whatever the vehicle makes of it (mavlink_receiver.cpp)."""
+        topics, status = self._topics, self._topics.vehicle_status
+        offboard = topics.offboard_setpoint
+        trajectory, attitude, rates = offboard.trajectory, offboard.attitude, offboard.rates
+        if trajectory is not None and is_of_mode(trajectory.timestamp, status):
+            self._trajectory = topics.trajectory_setpoint = trajectory
+        if attitude is not None and is_of_mode(attitude.timestamp, status):
+            topics.vehicle_attitude_setpoint = attitude
+        if rates is not None and is_of_mode(rates.timestamp, status):
+            topics.vehicle_rates_setpoint = rates
+
     def generate(self, setpoints: Setpoints) -> None:
         """From the last setpoint to `setpoints.target`, or speed and yaw."""
         offboard = self._topics.offboard_setpoint
@@ -105,8 +116,6 @@ class OffboardMode:
             self._take(offboard.rover, setpoints)
         if offboard.rover is not None or offboard.trajectory is None:
             return
-        if offboard.timestamp >= self._topics.vehicle_status.nav_state_timestamp:
-            self._trajectory = self._topics.trajectory_setpoint = offboard.trajectory
         if asks_for_position(offboard):
             north, east, _ = self._trajectory.position
             setpoints.target = Target((north, east)) if math.isfinite(north + east) else None

@@ -73,7 +73,8 @@ CONTROLLERS = 5
 
 
 class RoverAckermannControl:
-    """Writer of actuator_outputs, position_controller_status, pure_pursuit_status and rover_* for a rover."""
+    """Writer of actuator_outputs, position_controller_status, pure_pursuit_status and rover_* for a rover, and of what
+    PX4's MAVLink publishes in OFFBOARD: trajectory_setpoint, vehicle_attitude_setpoint, vehicle_rates_setpoint."""
 
     started = ()
     """PX4 starts nothing beside it."""
@@ -90,7 +91,7 @@ class RoverAckermannControl:
         self._heading, self._yaw_rate = HeadingToYawRate(), YawRateToSteering()
         self._actuators = Actuators()
         self._control_mode = NOTHING
-        self._was_armed = self._can_run = True
+        self._was_armed, self._can_run = False, True
         self._due_us = self._updated_us = 0
         self._version = -1
         self._refresh()
@@ -111,6 +112,8 @@ class RoverAckermannControl:
         if others := mode[:CONTROLLERS] != self._control_mode[:CONTROLLERS]:
             self._reset()
         self._control_mode = mode
+        if status.nav_state is NavState.OFFBOARD:
+            self._offboard.publish()
         if is_changed or others:
             self._can_run = self._checked(mode)
         if armed.armed and self._can_run:

@@ -83,6 +83,8 @@ COMMON = (
     LoggedTopic("rtl_status", 2000, navigator.rtl_status),
     LoggedTopic("distance_sensor_mode_change_request", 0, navigator.distance_sensor_mode_change_request),
     LoggedTopic("actuator_outputs", 100, control.actuator_outputs),
+    LoggedTopic("vehicle_attitude_setpoint", 50, control.vehicle_attitude_setpoint),
+    LoggedTopic("vehicle_rates_setpoint", 20, control.vehicle_rates_setpoint),
     LoggedTopic("offboard_control_mode", 100, control.offboard_control_mode, "offboard_setpoint"),
     LoggedTopic("manual_control_setpoint", 200, outside.manual_control_setpoint),
     LoggedTopic("manual_control_switches", SLOW_STATE_MS, outside.manual_control_switches, state=True),
@@ -98,8 +100,6 @@ OF_SOME_KINDS = (
     LoggedTopic(
         "vehicle_local_position_setpoint", 100, control.vehicle_local_position_setpoint, module="mc_pos_control"
     ),
-    LoggedTopic("vehicle_attitude_setpoint", 50, control.vehicle_attitude_setpoint, module="mc_pos_control"),
-    LoggedTopic("vehicle_rates_setpoint", 20, control.vehicle_rates_setpoint, module="mc_rate_control"),
     LoggedTopic("vehicle_thrust_setpoint", 20, control.vehicle_thrust_setpoint, module="mc_rate_control"),
     LoggedTopic("vehicle_torque_setpoint", 20, control.vehicle_torque_setpoint, module="mc_rate_control"),
     LoggedTopic(

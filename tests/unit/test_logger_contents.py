@@ -16,7 +16,7 @@ from pyulog.ulog2csv import convert_ulog2csv
 from sitl_emu import vehicles
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
-from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.control.control_allocator import ControlAllocator
 from sitl_emu.autopilot.logger import logged_topics, packing
 from sitl_emu.autopilot.logger.logger import Logger
@@ -28,8 +28,10 @@ from sitl_emu.autopilot.topics import (
     ActuatorOutputs,
     InputRc,
     MissionResult,
+    OffboardSetpoint,
     Topics,
     VehicleAttitude,
+    VehicleAttitudeSetpoint,
     VehicleCommand,
     VehicleLocalPosition,
     VehicleRoi,
@@ -346,17 +348,22 @@ def test_same_seed_same_log_and_px4s_tools_read_it(tmp_path: Path, model: str) -
     assert len(list(tmp_path.glob("*.csv"))) == 3
 
 
-def test_a_rovers_log_has_its_controllers_and_no_aircrafts(tmp_path: Path) -> None:
-    rover = RoverBody("sihsim_rover_ackermann")
-    rover.go((0.0, 0.0), (30.0, 0.0))
-    logger = Logger(rover.topics, rover.parameters, rover.texts, tmp_path, lambda: BOOT_UNIX_US)
-    storage.prepare(tmp_path)
+def log_of(rover: RoverBody, folder: Path) -> ULog:
+    """Of 2 s."""
+    logger = Logger(rover.topics, rover.parameters, rover.texts, folder, lambda: BOOT_UNIX_US)
+    storage.prepare(folder)
     logger.on()
     for _ in range(20):
         rover.drive(0.1)
         logger.update(rover.now_us)
     logger.shut_down()
-    log = ULog(str(tmp_path / "log" / logger.files[0]))
+    return ULog(str(folder / "log" / logger.files[0]))
+
+
+def test_a_rovers_log_has_its_controllers_and_no_aircrafts(tmp_path: Path) -> None:
+    rover = RoverBody("sihsim_rover_ackermann")
+    rover.go((0.0, 0.0), (30.0, 0.0))
+    log = log_of(rover, tmp_path)
     names = {data.name for data in log.data_list}
     assert {"pure_pursuit_status", "position_controller_status", "rover_position_setpoint"} < names
     assert {f"rover_{of}_{what}" for of in ("attitude", "rate", "speed") for what in ("setpoint", "status")} < names
@@ -367,6 +374,16 @@ def test_a_rovers_log_has_its_controllers_and_no_aircrafts(tmp_path: Path) -> No
     motors, servos = (log.get_dataset(f"actuator_{kind}").data for kind in ("motors", "servos"))
     assert motors["control[0]"][-1] > 0.1 and set(motors["control[1]"]) == set(servos["control[7]"]) == {0.0}
     assert set(motors["reversible_flags"]) == {1}
+
+
+def test_a_rovers_log_has_what_an_aircraft_would_have_been_told_in_offboard(tmp_path: Path) -> None:
+    """add_topic of logged_topics.cpp asks no kind of vehicle."""
+    rover = RoverBody("sihsim_rover_ackermann", NavState.OFFBOARD)
+    told = VehicleAttitudeSetpoint(rover.now_us, thrust_body=(0.4, 0.0, 0.0))
+    rover.topics.offboard_setpoint = OffboardSetpoint(rover.now_us, attitude=told)
+    log = log_of(rover, tmp_path)
+    assert log.get_dataset("vehicle_attitude_setpoint").data["thrust_body[0]"][0] == pytest.approx(0.4)
+    assert "actuator_outputs" not in {data.name for data in log.data_list}, "no throttle was asked for"
 
 
 def test_a_log_explains_its_events(tmp_path: Path) -> None:

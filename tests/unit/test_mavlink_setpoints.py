@@ -144,6 +144,16 @@ def test_an_attitude_target_without_thrust_or_without_roll_or_pitch_is_none(mask
     assert peer.topics.offboard_setpoint.timestamp == 0
 
 
+def test_a_rovers_thrust_is_ahead() -> None:
+    """MavlinkReceiver::fill_thrust."""
+    peer = Peer()
+    peer.parameters.set("MAV_TYPE", mavlink.MAV_TYPE_GROUND_ROVER)
+    for mask in (0b111, 0x80):
+        peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, mask, [1, 0, 0, 0], 0, 0, 0, 0.5))
+        told = peer.topics.offboard_setpoint.attitude or peer.topics.offboard_setpoint.rates
+        assert told is not None and told.thrust_body == (0.5, 0.0, 0.0)
+
+
 def test_thrust_along_all_axes_and_the_present_yaw_rate() -> None:
     peer = Peer()
     peer.topics.vehicle_angular_velocity = VehicleAngularVelocity(1, (0.0, 0.0, 0.7))

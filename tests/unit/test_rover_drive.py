@@ -12,6 +12,7 @@ from sitl_emu.autopilot.topics import (
     ManualControlSetpoint,
     OffboardSetpoint,
     VehicleAttitudeSetpoint,
+    VehicleRatesSetpoint,
 )
 from tests.unit.rover_body import RoverBody
 
@@ -34,6 +35,26 @@ def test_a_rover_has_no_setpoints_of_aircraft_to_stream() -> None:
     rover.drive(5.0)
     assert rover.topics.vehicle_attitude_setpoint.timestamp == 0
     assert rover.topics.vehicle_local_position_setpoint.timestamp == 0
+
+
+def test_setpoints_of_aircraft_are_published_as_they_come_in_offboard_and_move_nothing() -> None:
+    """mavlink_receiver.cpp publishes an attitude or rates in OFFBOARD, armed or not, whatever the vehicle."""
+    rover = RoverBody("sihsim_rover_ackermann", NavState.OFFBOARD)
+    rover.topics.actuator_armed = ActuatorArmed(armed=False)
+    early = VehicleAttitudeSetpoint(rover.now_us)
+    rover.topics.vehicle_status = rover.topics.vehicle_status._replace(nav_state_timestamp=rover.now_us + 1)
+    rover.topics.offboard_setpoint = OffboardSetpoint(early.timestamp, attitude=early)
+    rover.drive(0.1)
+    assert rover.topics.vehicle_attitude_setpoint.timestamp == 0
+    attitude = VehicleAttitudeSetpoint(rover.now_us, thrust_body=(0.4, 0.0, 0.0))
+    rover.topics.offboard_setpoint = OffboardSetpoint(rover.now_us, attitude=attitude)
+    rover.drive(0.1)
+    rates = VehicleRatesSetpoint(rover.now_us, thrust_body=(0.4, 0.0, 0.0))
+    rover.topics.offboard_setpoint = OffboardSetpoint(rover.now_us, rates=rates)
+    rover.drive(0.1)
+    assert rover.topics.vehicle_attitude_setpoint is attitude
+    assert rover.topics.vehicle_rates_setpoint is rates
+    assert rover.topics.actuator_outputs.timestamp == 0
 
 
 def test_controllers_publish_what_they_ask_of_each_other() -> None:

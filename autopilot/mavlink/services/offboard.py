@@ -38,6 +38,8 @@ YAW_RATE_OF_BODY_IGNORE = 0x4
 THRUST_BODY_SET = 0x20
 THROTTLE_IGNORE = 0x40
 """ATTITUDE_TARGET_TYPEMASK."""
+THRUSTS_AHEAD = frozenset({mavlink.MAV_TYPE_FIXED_WING, mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_TYPE_SUBMARINE})
+"""MAV_TYPE of vehicles whose thrust is along x, not up (MavlinkReceiver::fill_thrust)."""
 
 
 Vectors = tuple[Vector3, Vector3, Vector3]
@@ -87,7 +89,8 @@ class Offboard:
             return
         message_id = message.get_msgId()
         if message_id == mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET:
-            setpoint = attitude_setpoint(now_us, message, self._topics.vehicle_angular_velocity.xyz)
+            is_ahead = self._parameters["MAV_TYPE"] in THRUSTS_AHEAD
+            setpoint = attitude_setpoint(now_us, message, self._topics.vehicle_angular_velocity.xyz, is_ahead)
         elif message_id == mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED:
             setpoint = self._trajectory(now_us, message, LOCAL, self._local(message))
         else:
@@ -192,8 +195,8 @@ def turned(vector: Vector3, heading: float) -> Vector3:
     return (cosine * forward - sine * right, sine * forward + cosine * right, down)
 
 
-def attitude_setpoint(now_us: int, message: Any, present: Vector3) -> OffboardSetpoint | None:
-    """Attitude if it is not ignored, else rates, with thrust 0..1 along the body's up, or along all its axes.
+def attitude_setpoint(now_us: int, message: Any, present: Vector3, is_ahead: bool) -> OffboardSetpoint | None:
+    """Attitude if it is not ignored, else rates, with thrust 0..1 ahead or along the body's up, or along all its axes.
 
     What is not finite counts as 0; a yaw rate that is ignored is the `present` one. Nothing comes of an attitude
     without a direction, of rates without roll or pitch, and of either without thrust.
@@ -202,7 +205,7 @@ def attitude_setpoint(now_us: int, message: Any, present: Vector3) -> OffboardSe
     if mask & THRUST_BODY_SET:
         told = message.thrust_body
     elif not mask & THROTTLE_IGNORE:
-        told = (0.0, 0.0, -message.thrust)
+        told = (message.thrust, 0.0, 0.0) if is_ahead else (0.0, 0.0, -message.thrust)
     else:
         return None
     x, y, z = (max(-1.0, min(1.0, along)) if math.isfinite(along) else 0.0 for along in told)
