@@ -39,12 +39,14 @@ class RoverState(NamedTuple):
 
 
 class Target(NamedTuple):
-    """rover_position_setpoint: where to drive, along the line from where, and how fast."""
+    """rover_position_setpoint: where to drive, along the line from where, and how fast. NaN for what is not said."""
 
-    place: Place
-    start: Place | None = None
-    """None for here."""
-    arrival_speed: float = 0.0
+    place: Place = (NAN, NAN)
+    """NaN for nowhere."""
+    start: Place = (NAN, NAN)
+    """NaN for here."""
+    arrival_speed: float = NAN
+    """NaN for 0."""
     cruising_speed: float = NAN
     """NaN for RO_SPEED_LIM."""
 
@@ -87,14 +89,15 @@ class PositionControl:
     ) -> PurePursuitStatus | None:
         """From `setpoints.target` to speed and yaw; how its line is followed, None where none is."""
         target = setpoints.target
-        if target is None:
+        if target is None or not math.isfinite(target.place[0] + target.place[1]):
             return None
         if target is not self._taken:
             self._taken, self._place, self._stopped = target, target.place, False
-            self._start = target.start if target.start is not None else state.place
+            self._start = target.start if math.isfinite(target.start[0] + target.start[1]) else state.place
         assert self._place is not None
         distance = math.dist(state.place, self._place)
-        passes = target.arrival_speed > EPSILON
+        arrival = target.arrival_speed if math.isfinite(target.arrival_speed) else 0.0
+        passes = arrival > EPSILON
         if passes:
             distance -= self.acceptance_m
         if distance <= self.acceptance_m and not passes:
@@ -103,9 +106,8 @@ class PositionControl:
         cruising = target.cruising_speed if math.isfinite(target.cruising_speed) else parameters.speed_limit
         speed = cruising
         if parameters.deceleration > EPSILON and parameters.jerk > EPSILON:
-            arrival = abs(target.arrival_speed)
-            braking = max_speed_from_distance(parameters.jerk, parameters.deceleration, max(distance, 0.0), arrival)
-            speed = min(braking, cruising)
+            jerk, deceleration = parameters.jerk, parameters.deceleration
+            speed = min(max_speed_from_distance(jerk, deceleration, max(distance, 0.0), abs(arrival)), cruising)
         ahead_m = lookahead_m(speed, parameters.ahead_gain, parameters.ahead_min_m, parameters.ahead_max_m)
         followed = pursuit(now_us, self._place, self._start, state.place, ahead_m)
         bearing = followed.target_bearing

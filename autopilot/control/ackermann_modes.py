@@ -118,7 +118,7 @@ class OffboardMode:
             return
         if asks_for_position(offboard):
             north, east, _ = self._trajectory.position
-            setpoints.target = Target((north, east)) if math.isfinite(north + east) else None
+            setpoints.target = Target((north, east))
         elif has_any(offboard.trajectory.velocity):
             vn, ve, _ = self._trajectory.velocity
             setpoints.speed, setpoints.yaw = math.hypot(vn, ve), math.atan2(ve, vn)
@@ -187,7 +187,7 @@ class ManualMode:
         """
         wanted = clamp(throttle, -1.0, 1.0) * parameters.speed_limit
         if abs(roll) > EPSILON or abs(wanted) < EPSILON:
-            self._course = setpoints.target = None
+            self._course, setpoints.target = None, Target()
             setpoints.speed, setpoints.yaw = wanted, NAN
             setpoints.yaw_rate = yaw_rate_of_stick(throttle, roll, parameters.stick_dead_zone, parameters)
             return

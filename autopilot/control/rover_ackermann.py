@@ -187,27 +187,26 @@ class RoverAckermannControl:
             topics.rover_rate_status = self._yaw_rate.status(now_us, state)
         if mode.allocation:
             actuators.update(parameters, setpoints, dt_s)
-        self._tell_setpoints(now_us, by_stick=not mode.velocity)
+        self._tell_setpoints(now_us, mode, by_stick=drive_mode is DriveMode.MANUAL)
 
-    def _tell_setpoints(self, now_us: int, *, by_stick: bool) -> None:
-        """For the log: the controllers hand them to each other in `Setpoints`. None that is NaN, which PX4 publishes
-        where a stick takes over from a controller."""
+    def _tell_setpoints(self, now_us: int, mode: ControlMode, *, by_stick: bool) -> None:
+        """For the log: the controllers hand them to each other in `Setpoints`. NaN is told only of a place, and of a
+        heading in place of which a stick steers (AckermannManualMode)."""
         topics, setpoints = self._topics, self._setpoints
         target = setpoints.target
         if target is not None and target is not self._target_told:
-            start = target.start if target.start is not None else (NAN, NAN)
             topics.rover_position_setpoint = RoverPositionSetpoint(
-                now_us, target.place, start, target.cruising_speed, target.arrival_speed
+                now_us, target.place, target.start, target.cruising_speed, target.arrival_speed
             )
         self._target_told = target
         if math.isfinite(setpoints.speed):
             topics.rover_speed_setpoint = RoverSpeedSetpoint(now_us, setpoints.speed)
-        if math.isfinite(setpoints.yaw):
+        if math.isfinite(setpoints.yaw) or (by_stick and mode.attitude):
             topics.rover_attitude_setpoint = RoverAttitudeSetpoint(now_us, setpoints.yaw)
         if math.isfinite(setpoints.yaw_rate):
             topics.rover_rate_setpoint = RoverRateSetpoint(now_us, setpoints.yaw_rate)
         if math.isfinite(setpoints.throttle):
-            sideways = 0.0 if by_stick else NAN
+            sideways = NAN if mode.velocity else 0.0
             topics.rover_throttle_setpoint = RoverThrottleSetpoint(now_us, setpoints.throttle, sideways)
         if math.isfinite(setpoints.steering):
             topics.rover_steering_setpoint = RoverSteeringSetpoint(now_us, setpoints.steering)

@@ -92,6 +92,35 @@ def test_by_sticks_only_throttle_and_steering_are_published() -> None:
     assert not any(each.timestamp for each in silent)
 
 
+@pytest.mark.parametrize("mode", [NavState.STAB, NavState.POSCTL])
+def test_where_a_stick_steers_the_record_says_that_no_heading_and_no_place_is_sought(mode: NavState) -> None:
+    """AckermannManualMode publishes NaN "Set uncontrolled setpoint invalid" in every cycle."""
+    rover = sticks(mode, 0.4)
+    rover.drive(1.0)
+    topics = rover.topics
+    assert topics.rover_attitude_setpoint.yaw_setpoint == pytest.approx(0.0, abs=0.01)
+    assert topics.rover_position_setpoint.timestamp == 0 or topics.rover_position_setpoint.position_ned[0] > 0.0
+    topics.manual_control_setpoint = topics.manual_control_setpoint._replace(roll=0.2)
+    rover.drive(1.0)
+    stamps = {topics.rover_attitude_setpoint.timestamp, topics.rover_rate_setpoint.timestamp}
+    assert math.isnan(topics.rover_attitude_setpoint.yaw_setpoint)
+    if mode is NavState.POSCTL:
+        nowhere = topics.rover_position_setpoint
+        stamps.add(nowhere.timestamp)
+        assert all(map(math.isnan, (*nowhere.position_ned, *nowhere.start_ned, nowhere.cruising_speed)))
+    assert len(stamps) == 1 and stamps.pop() >= rover.now_us - 10_000
+
+
+@pytest.mark.parametrize("mode", [NavState.OFFBOARD, NavState.POSCTL])
+def test_offboard_and_sticks_say_no_speed_to_arrive_with(mode: NavState) -> None:
+    rover = sticks(mode, 0.4)
+    rover.offboard(position=(20.0, 0.0, 0.0))
+    rover.drive(1.0)
+    told = rover.topics.rover_position_setpoint
+    assert told.position_ned[0] > 0.0 and math.isnan(told.arrival_speed)
+    assert told.timestamp >= rover.now_us - 10_000, "in every cycle"
+
+
 def test_a_target_straight_behind_is_turned_to_slowly() -> None:
     rover = RoverBody("sihsim_rover_ackermann")
     rover.go((-12.0, 0.0))
