@@ -32,8 +32,6 @@ class Traits:
     """Which land detector is started, by the name that `land_detector status` says."""
     odid_ua_type: int
     """MAV_ODID_UA_TYPE (mavlink/open_drone_id_translations.cpp)."""
-    outputs_only_when_armed: bool
-    """The simulated outputs speak only while motors may move (PWMSim::updateOutputs)."""
 
     # --- commander
     disarms_in_motion: bool
@@ -95,7 +93,6 @@ class VehicleKind(Enum):
         ),
         land_detector="multicopter",
         odid_ua_type=mavlink.MAV_ODID_UA_TYPE_HELICOPTER_OR_MULTIROTOR,
-        outputs_only_when_armed=False,
         disarms_in_motion=False,
         arms_with_centred_throttle=False,
         manual_controls_attitude=True,
@@ -117,7 +114,6 @@ class VehicleKind(Enum):
         modules=frozenset({"rover_ackermann"}),
         land_detector="rover",
         odid_ua_type=mavlink.MAV_ODID_UA_TYPE_GROUND_OBSTACLE,
-        outputs_only_when_armed=True,
         disarms_in_motion=True,
         arms_with_centred_throttle=True,
         manual_controls_attitude=False,

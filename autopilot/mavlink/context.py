@@ -39,7 +39,6 @@ class Context:
         self.traits = VehicleKind.of_mav_type(self.mav_type).traits
 
     def actuator_outputs(self) -> ActuatorOutputs | None:
-        """None where PX4 publishes none: at first, and where outputs speak only while they may move."""
+        """None before the first: a rover has none until it drives (PWMSim::updateOutputs)."""
         outputs = self.topics.actuator_outputs
-        rests = self.traits.outputs_only_when_armed and not (self.topics.actuator_armed.armed or outputs.test_mode)
-        return None if rests or outputs.timestamp == 0 else outputs
+        return outputs if outputs.timestamp else None

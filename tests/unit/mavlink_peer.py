@@ -138,8 +138,8 @@ class Peer:
         topics.rtl_time_estimate = RtlTimeEstimate(now_us, True, 20.0, 122.0)
         topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us)
         topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(now_us)
-        topics.actuator_outputs = ActuatorOutputs(now_us, (0.0,) * 6, (1000,) * 6)
         if self.parameters["MAV_TYPE"] != ROVER:
+            topics.actuator_outputs = ActuatorOutputs(now_us, (0.0,) * 6, (1000,) * 6)
             topics.esc_status = EscStatus(now_us, (0,) * 6)
 
     def fly_and_run(self, seconds: float, link: int = GCS) -> list[Any]:

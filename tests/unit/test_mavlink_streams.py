@@ -9,6 +9,7 @@ from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.streams import modules
 from sitl_emu.autopilot.topics import (
     ActuatorArmed,
+    ActuatorOutputs,
     DistanceSensorSample,
     EscStatus,
     EstimatorFusionControl,
@@ -126,15 +127,24 @@ def test_a_rover_tells_once_that_it_has_a_new_waypoint() -> None:
     assert told.alt_error == pytest.approx(-(ALT_M + 3.0))
 
 
-def test_a_rover_tells_its_outputs_while_they_may_move() -> None:
+def test_a_rovers_outputs_are_told_once_each_and_so_is_the_one_that_stops_it() -> None:
+    """AckermannActControl::stopVehicle publishes once, disarmed as the rover is then."""
     peer = Peer(kind=VehicleKind.ROVER_ACKERMANN)
     peer.fly_and_run(0.1)
-    results = []
-    for armed in (False, True):
-        peer.topics.actuator_armed = ActuatorArmed(armed=armed)
+
+    def asked() -> list[int]:
         replies = [peer.send(command_long(REQUEST_MESSAGE, number)) for number in (36, 93, 375)]
-        results.append([only(each, "COMMAND_ACK")[0].result for each in replies])
-    assert results == [[DENIED] * 3, [ACCEPTED] * 3]
+        return [only(each, "COMMAND_ACK")[0].result for each in replies]
+
+    assert asked() == [DENIED] * 3
+    for armed, pulse in ((True, 1500), (False, 900)):
+        peer.now_us += 1
+        peer.topics.actuator_armed = ActuatorArmed(armed=armed)
+        peer.topics.actuator_outputs = ActuatorOutputs(peer.now_us, (0.0,) * 2, (pulse,) * 2)
+        assert [asked(), asked()] == [[ACCEPTED] * 3, [DENIED] * 3]
+    peer.topics.actuator_outputs = ActuatorOutputs(peer.now_us + 1, (0.0,) * 2, (900,) * 2)
+    (told,) = only(peer.run(2.0), "SERVO_OUTPUT_RAW")
+    assert told.servo1_raw == told.servo2_raw == 900
 
 
 def test_speed_controllers_tell_their_speeds_while_they_are_heard() -> None:
