@@ -110,6 +110,7 @@ class Navigator:
     def set_current_mission_item(self, now_us: int, seq: int) -> bool:
         """MISSION_SET_CURRENT; False for an item that is not in the mission."""
         self._state.now_us = now_us
+        self._take_parameters()
         accepted = self._mission.set_current(seq)
         self._publish_mission_result(now_us)
         return accepted
@@ -117,6 +118,7 @@ class Navigator:
     def mission_changed(self, now_us: int) -> None:
         """A plan was uploaded or cleared; also noticed by itself at the next update."""
         self._state.now_us = now_us
+        self._take_parameters()
         self._mission.take_plan()
         self._publish_mission_result(now_us)
 
@@ -155,9 +157,7 @@ class Navigator:
     def _run(self) -> None:
         """One run: commands, fence, and the mode that is active."""
         state, topics = self._state, self._topics
-        if self._parameters.version != self._version:
-            self._version = self._parameters.version
-            state.settings = settings_of(self._parameters)
+        self._take_parameters()
         self._mission.take_plan()
         self._loiter.note_ground_station()
         if self._geofence.update():
@@ -169,6 +169,12 @@ class Navigator:
         if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
         self._payload.update()
+
+    def _take_parameters(self) -> None:
+        """Before anything else, whatever has woken the navigator (Navigator::run): what comes obeys what was set."""
+        if self._parameters.version != self._version:
+            self._version = self._parameters.version
+            self._state.settings = settings_of(self._parameters)
 
     def _publish_status(self, now_us: int) -> None:
         """Twice a second, and when something has changed. A failure lasts as long as its mode."""

@@ -44,6 +44,15 @@ def test_a_mission_with_takeoff_and_landing_is_what_all_want(required: int) -> N
     assert mission_state(vehicle) == NOT_STARTED
 
 
+def test_a_mission_is_checked_by_the_parameters_of_its_moment() -> None:
+    """Navigator::run takes new parameters before anything else, also when an upload wakes it."""
+    vehicle = uploaded(item(TAKEOFF, 0, 0, 5))
+    vehicle.parameters.set("MIS_TKO_LAND_REQ", 3)
+    vehicle.upload(item(TAKEOFF, 0, 0, 6))
+    vehicle.navigator.mission_changed(vehicle.now_us)
+    assert mission_state(vehicle) == NO_MISSION
+
+
 def test_a_first_place_far_away_is_told_and_flown() -> None:
     vehicle = uploaded(item(WAYPOINT, 500.5, 0, 5), MIS_DIST_1WP=400)
     assert mission_state(vehicle) == NOT_STARTED
