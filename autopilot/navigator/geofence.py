@@ -37,10 +37,14 @@ class Polygon(NamedTuple):
     """Vertices as (lat_deg, lon_deg)."""
 
     inclusion: bool
+    vertex_count: int
     vertices: tuple[tuple[float, float], ...]
+    """Those that the plan has."""
 
     def contains(self, lat_deg: float, lon_deg: float) -> bool:
-        """Even-odd rule."""
+        """Even-odd rule; what lacks a vertex contains nothing (Geofence::insidePolygon)."""
+        if len(self.vertices) < self.vertex_count:
+            return False
         inside = False
         lat1, lon1 = self.vertices[-1]
         for lat2, lon2 in self.vertices:
@@ -69,24 +73,25 @@ Area = Polygon | Circle
 
 
 def areas_of(plan: Plan) -> tuple[Area, ...]:
-    """Areas of a fence plan; items that belong to none are passed over."""
+    """Areas of a fence plan; items that belong to none are passed over.
+
+    Behind a circle, each vertex of a polygon begins an area of its own, of as many items from there on as it counts.
+    That is a flaw of PX4's, which never forgets that it has met a circle (Geofence::_updateFence, is_circle_area).
+    """
     areas: list[Area] = []
     items = plan.items
-    index = 0
+    index, after_circle = 0, False
     while index < len(items):
-        item = items[index]
-        if item.command in POLYGONS:
-            count = max(int(item.param1), 1)
-            corners = items[index : index + count]
-            if count >= 3 and len(corners) == count:
-                areas.append(
-                    Polygon(POLYGONS[item.command], tuple((corner.lat_deg, corner.lon_deg) for corner in corners))
-                )
-            index += count
-            continue
+        item, taken = items[index], 1
         if item.command in CIRCLES:
+            after_circle = True
             areas.append(Circle(CIRCLES[item.command], item.lat_deg, item.lon_deg, item.param1))
-        index += 1
+        elif item.command in POLYGONS:
+            count = max(int(item.param1), 1)
+            vertices = tuple((corner.lat_deg, corner.lon_deg) for corner in items[index : index + count])
+            areas.append(Polygon(POLYGONS[item.command], count, vertices))
+            taken = 1 if after_circle else count
+        index += taken
     return tuple(areas)
 
 

@@ -119,6 +119,28 @@ def upload_fence(vehicle: FakeVehicle, items: tuple[MissionItem, ...]) -> list[s
     return vehicle.take_texts()
 
 
+WITHOUT_HOME = "Geofence invalid, doesn't contain Home position"
+
+
+@pytest.mark.parametrize(
+    ("items", "texts", "watched"),
+    [
+        (fence(CIRCLE_IN, [(0.0, 0.0)], 90.0) + fence(INCLUSION, SQUARE, 4), [WITHOUT_HOME] * 3, 2),
+        (fence(INCLUSION, SQUARE, 4) + fence(CIRCLE_IN, [(0.0, 0.0)], 90.0), [], 2),
+        (fence(CIRCLE_OUT, [(90.0, 0.0)], 9.0) + fence(EXCLUSION, AHEAD, 4), [], 5),
+        (fence(INCLUSION, SQUARE[:3], 4), [WITHOUT_HOME], 0),
+    ],
+)
+def test_a_polygon_behind_a_circle_is_one_area_for_each_vertex(
+    items: tuple[MissionItem, ...], texts: list[str], watched: int
+) -> None:
+    """As Geofence::_updateFence reads it; an area that lacks a vertex contains nothing, so not home either."""
+    vehicle = FakeVehicle()
+    vehicle.run(3.0)
+    assert upload_fence(vehicle, items) == texts
+    assert len(vehicle.navigator.fence_areas) == watched
+
+
 def test_a_fence_of_before_the_start_is_watched() -> None:
     vehicle = FakeVehicle(GF_ACTION=1)
     vehicle.dataman.store(FENCE, Plan(fence(CIRCLE_IN, [(0.0, 0.0)], 25.0), 1), 0)

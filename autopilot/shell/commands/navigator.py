@@ -19,7 +19,7 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return (yield from default_command("navigator", True, arguments))
     areas = vehicle.navigator.fence_areas
     polygons, circles = ([area for area in areas if isinstance(area, kind)] for kind in (Polygon, Circle))
-    vertices = sum(len(area.vertices) for area in areas if isinstance(area, Polygon))
+    vertices = sum(area.vertex_count for area in areas if isinstance(area, Polygon))
     yield info("navigator", "Running")
     yield info(
         "navigator",
