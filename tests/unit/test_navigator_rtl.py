@@ -253,18 +253,21 @@ def test_a_return_along_the_mission_that_is_left_pauses_the_camera(rtl_type: int
     assert sum(command.command == TRIGGER and command.param1 == -1.0 for command in given) == pauses
 
 
-def test_the_event_of_a_return_tells_whole_metres_as_its_text_does() -> None:
-    """RtlDirect::on_activation rounds both up."""
-    vehicle = FakeVehicle(RTL_RETURN_ALT=5.0)
+@pytest.mark.parametrize(("return_alt_m", "amsl_m", "above_m"), [(5.0, 502, 13), (30.0, 520, 31), (22.0, 512, 22)])
+def test_a_return_tells_whole_metres(return_alt_m: float, amsl_m: int, above_m: int) -> None:
+    """RtlDirect::on_activation rounds up what it has as float32: 519.4 - 489.4 is more than 30, 511.4 - 489.4 is 22."""
+    vehicle = FakeVehicle(RTL_RETURN_ALT=return_alt_m, RTL_CONE_ANG=0)
     vehicle.run(3.0)
     vehicle.take_off(12.4)
+    home = vehicle.topics.home_position
+    vehicle.topics.home_position = home._replace(alt=HOME_ALT)
     vehicle.take_texts()
     assert vehicle.set_mode(4, 5) == 0
     vehicle.run(0.2)
-    assert f"RTL: start return at {math.ceil(HOME_ALT + 12.4)} m (13 m above destination)" in vehicle.take_texts()
+    assert f"RTL: start return at {amsl_m} m ({above_m} m above destination)" in vehicle.take_texts()
     event_id, formats = layout("vrtl_return_at")
     (told,) = [event for event in vehicle.events.recent if event.id == event_id]
-    assert struct.unpack(f"<{formats}", told.arguments) == (math.ceil(HOME_ALT + 12.4), 13)
+    assert struct.unpack(f"<{formats}", told.arguments) == (amsl_m, above_m)
 
 
 def test_how_long_the_landing_pattern_takes() -> None:
