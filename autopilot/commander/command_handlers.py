@@ -27,6 +27,7 @@ from sitl_emu.autopilot.commander.custom_mode import (
     nav_state_of_base_mode,
 )
 from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.table import FIXED
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later, nearest
 from sitl_emu.autopilot.constants import NavState, Severity
@@ -79,12 +80,13 @@ class CommandHandlers:
         intention: UserModeIntention,
         arming: Arming,
         calibration: CalibrationWorker,
+        outgoing: OutgoingCommands,
         say: Say,
         traits: Traits,
         *,
         storage: ParameterStorage | None = None,
     ) -> None:
-        """`storage` saves and loads parameters; without it there is none."""
+        """Own commands go to `outgoing`; `storage` saves and loads parameters: without it there is none."""
         self._topics = topics
         self._parameters = parameters
         self._dataman = dataman
@@ -92,6 +94,7 @@ class CommandHandlers:
         self._intention = intention
         self._arming = arming
         self._calibration = calibration
+        self._outgoing = outgoing
         self._storage = storage
         self._say = say
         self._traits = traits
@@ -318,11 +321,17 @@ class CommandHandlers:
         return result
 
     def _do_land_start(self, now_us: int, command: VehicleCommand) -> int:
-        """Go on with the mission where its landing begins."""
+        """Go on with the mission where its landing begins.
+
+        In PX4 it is the navigator that knows where, and gives MISSION_START to the commander; so the links have it too.
+        """
         landing = landing_of(self._dataman.mission.items) if self._topics.mission_result.valid else None
         if landing is None:
             return CANCELLED
-        start = command._replace(command=mavlink.MAV_CMD_MISSION_START, param1=float(landing.start))
+        own = int(self._parameters["MAV_SYS_ID"])
+        params = (float(landing.start), *(0.0,) * 6)
+        start = VehicleCommand(mavlink.MAV_CMD_MISSION_START, *params, target_system=own, from_external=False)
+        self._outgoing.give(start)
         self._mission_start(now_us, start)
         return ACCEPTED
 

@@ -109,6 +109,7 @@ class Commander:
             self._intention,
             self._arming,
             self.calibration,
+            self._outgoing,
             say,
             kind.traits,
             storage=storage,

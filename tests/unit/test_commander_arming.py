@@ -349,12 +349,33 @@ def test_a_mission_that_cannot_be_armed_is_refused(vehicle: FakeVehicle) -> None
     assert vehicle.take_texts()[-2:] == refusals
 
 
-def test_termination_in_flight_releases_the_parachute() -> None:
-    vehicle, outgoing = FakeVehicle(MAV_SYS_ID=7), OutgoingCommands()
+def with_outgoing(**parameters: float) -> tuple[FakeVehicle, OutgoingCommands]:
+    """Booted, and the commands that its commander gives to others."""
+    vehicle, outgoing = FakeVehicle(**parameters), OutgoingCommands()
     vehicle.commander = Commander(
         vehicle.topics, vehicle.parameters, vehicle.dataman, lambda *text: None, lambda *event: None, None, outgoing
     )
     vehicle.run(3.0)
+    return vehicle, outgoing
+
+
+def test_to_land_by_the_mission_is_to_start_it_there_which_the_links_hear() -> None:
+    """Navigator::run, VEHICLE_CMD_DO_LAND_START: it gives MISSION_START, with no component as its target."""
+    vehicle, outgoing = with_outgoing(MAV_SYS_ID=7)
+    up = (item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 8), item(mavlink.MAV_CMD_NAV_WAYPOINT, 20, 0, 8))
+    vehicle.upload(*up, item(mavlink.MAV_CMD_DO_LAND_START), item(mavlink.MAV_CMD_NAV_LAND, 30, 0))
+    vehicle.run(0.1)
+    assert vehicle.result(mavlink.MAV_CMD_DO_LAND_START) == ACCEPTED
+    (start,) = outgoing.waiting
+    assert (start.command, start.param1, start.param2, start.param7) == (mavlink.MAV_CMD_MISSION_START, 2.0, 0.0, 0.0)
+    assert (start.target_system, start.target_component, start.from_external) == (7, 0, False)
+    vehicle.run(0.2)
+    assert (vehicle.armed, vehicle.mode) == (True, NavState.AUTO_MISSION)
+    assert vehicle.topics.mission_result.seq_current == 3
+
+
+def test_termination_in_flight_releases_the_parachute() -> None:
+    vehicle, outgoing = with_outgoing(MAV_SYS_ID=7)
     vehicle.take_off(5.0)
     assert vehicle.result(mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1) == ACCEPTED
     vehicle.run(0.1)
