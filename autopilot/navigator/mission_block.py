@@ -222,7 +222,9 @@ class Reached:
         if command == DELAY:
             return (state.now_us - self._started_us) * 1e-6 >= target.hold_s
         if command in WAITED_FOR:
-            return (state.now_us - self._started_us) * 1e-6 > state.settings.mis_command_tout_s
+            limit_s = state.settings.mis_command_tout_s
+            # 0 has passed when the navigator wakes itself for the next item, which takes it some microseconds in PX4.
+            return limit_s <= 0.0 or (state.now_us - self._started_us) * 1e-6 > limit_s
         if command not in WITH_POSITION and command != GATE:
             return True
         if not self._position_reached:

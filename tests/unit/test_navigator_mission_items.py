@@ -281,6 +281,15 @@ def test_gimbal_and_winch_are_given_their_time(command: int, param1: float) -> N
     assert vehicle.reached[-1] == 1
 
 
+def test_a_gimbal_that_is_given_no_time_delays_nothing() -> None:
+    """MissionBase::setMissionIndex wakes the navigator at once, and no time is over by then."""
+    gimbal = item(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, 0, 0, 0, -90.0)
+    vehicle = started(item(TAKEOFF, 0, 0, 8), gimbal, item(WAYPOINT, 20, 0, 8))
+    run_until(vehicle, 1)
+    assert vehicle.reached == [-1, 1]
+    assert vehicle.topics.mission_result.seq_current == 2
+
+
 def test_relative_altitudes_follow_home() -> None:
     """MissionBase::updateMissionAltAfterHomeChanged."""
     vehicle = started(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 40, 0, 8), item(WAYPOINT, 200, 0, 10), item(LAND, 200, 0))
