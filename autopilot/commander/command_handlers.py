@@ -259,7 +259,7 @@ class CommandHandlers:
         return self._change_mode_and_pass_on(now_us, NavState.AUTO_TAKEOFF, command)
 
     def _nav_vtol_takeoff(self, now_us: int, command: VehicleCommand) -> int:
-        return self.change_mode(now_us, NavState.AUTO_VTOL_TAKEOFF)
+        return self._change_mode_and_pass_on(now_us, NavState.AUTO_VTOL_TAKEOFF, command)
 
     def _nav_land(self, now_us: int, command: VehicleCommand) -> int:
         text, event = "Landing at current position\t", "commander_landing_current_pos"

@@ -26,6 +26,7 @@ from sitl_emu.autopilot.navigator.rtl import Rtl
 from sitl_emu.autopilot.navigator.state import NavigatorState, settings_of
 from sitl_emu.autopilot.navigator.takeoff import Takeoff
 from sitl_emu.autopilot.navigator.traffic import Traffic
+from sitl_emu.autopilot.navigator.vtol_takeoff import VtolTakeoff
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.topics import (
@@ -44,7 +45,7 @@ STATUS_EVERY_US: Final = 500_000
 FAILURE_HAGL: Final = 1
 """navigator_status.failure."""
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
-Mode = Takeoff | Loiter | Course | Mission | Rtl | Land | PrecLand
+Mode = Takeoff | VtolTakeoff | Loiter | Course | Mission | Rtl | Land | PrecLand
 
 
 class Navigator:
@@ -74,6 +75,7 @@ class Navigator:
         self._geofence = Geofence(state)
         self.traffic = Traffic(state, send_event)
         self._takeoff = Takeoff(state)
+        self._vtol_takeoff = VtolTakeoff(state)
         self._loiter = Loiter(state, self._geofence)
         self._course = Course(state, self._geofence)
         self._payload = Payload(state)
@@ -81,7 +83,7 @@ class Navigator:
         self._rtl = Rtl(state, self._mission, self._payload)
         self._modes: dict[NavState, Mode] = {
             NavState.AUTO_TAKEOFF: self._takeoff,
-            NavState.AUTO_VTOL_TAKEOFF: self._takeoff,
+            NavState.AUTO_VTOL_TAKEOFF: self._vtol_takeoff,
             NavState.AUTO_LOITER: self._loiter,
             NavState.GUIDED_COURSE: self._course,
             NavState.AUTO_MISSION: self._mission,
@@ -201,6 +203,8 @@ class Navigator:
             command = record.command
             if command.command == mavlink.MAV_CMD_NAV_TAKEOFF:
                 self._takeoff.request(command)
+            elif command.command == mavlink.MAV_CMD_NAV_VTOL_TAKEOFF:
+                self._vtol_takeoff.request(command)
             elif command.command == mavlink.MAV_CMD_DO_REPOSITION:
                 in_hold = self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER
                 if in_hold or (math.isfinite(command.param2) and int(command.param2) & CHANGE_MODE):
