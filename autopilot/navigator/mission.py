@@ -6,9 +6,6 @@ that begins or goes on below its next place climbs straight up first; a landing 
 the present height first. At the end, landed: idle, in MISSION; in the air: hold, and the commander changes to HOLD. A
 mission that has ended begins again after a landing, or where the ground says; else there is none.
 
-A mission that goes on says again what it has said to gimbal and camera (`mission_resume.py`); if it took pictures,
-it goes back to the place before the one it was left at, and turns to the leg there.
-
 Left out: mission landing patterns of fixed wings and VTOL, winch items (carried out without effect), terrain heights.
 """
 
@@ -17,6 +14,7 @@ import math
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.navigator.geofence import Geofence
+from sitl_emu.autopilot.navigator.mission_base import MissionBase
 from sitl_emu.autopilot.navigator.mission_block import (
     DELAY,
     GATE,
@@ -28,22 +26,19 @@ from sitl_emu.autopilot.navigator.mission_block import (
     TAKEOFFS,
     WAYPOINT,
     WITH_POSITION,
-    Reached,
     Target,
-    keep_off_ground,
     loiter_radius_m,
     target_of,
     tell_command,
     tell_item,
 )
-from sitl_emu.autopilot.navigator.mission_commands import DO_CHANGE_SPEED, MissionCommands, change_speed, raw_command_of
+from sitl_emu.autopilot.navigator.mission_commands import DO_CHANGE_SPEED, change_speed, raw_command_of
 from sitl_emu.autopilot.navigator.mission_feasibility import is_feasible
 from sitl_emu.autopilot.navigator.mission_jumps import Jumps
 from sitl_emu.autopilot.navigator.mission_legs import (
     Work,
     announce,
     fly_leg,
-    follow_home,
     is_above,
     landing_of,
     move_to_land,
@@ -51,15 +46,13 @@ from sitl_emu.autopilot.navigator.mission_legs import (
     stay,
     tell_finished,
 )
-from sitl_emu.autopilot.navigator.mission_resume import MissionResume
 from sitl_emu.autopilot.navigator.payload import Payload
-from sitl_emu.autopilot.navigator.precland import PrecLand
 from sitl_emu.autopilot.navigator.roi import Roi
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
 from sitl_emu.autopilot.topics import PositionSetpoint
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.geodesy import bearing_rad, distance_m
+from sitl_emu.core.geodesy import distance_m
 
 STATE_NO_MISSION: int = mavlink.MISSION_STATE_NO_MISSION
 STATE_NOT_STARTED: int = mavlink.MISSION_STATE_NOT_STARTED
@@ -68,46 +61,25 @@ STATE_PAUSED: int = mavlink.MISSION_STATE_PAUSED
 STATE_COMPLETE: int = mavlink.MISSION_STATE_COMPLETE
 
 
-class Mission:
+class Mission(MissionBase):
     """AUTO_MISSION, and the progress of the mission in every mode."""
 
     def __init__(self, state: NavigatorState, roi: Roi, payload: Payload, geofence: Geofence) -> None:
-        self._state = state
-        self._roi = roi
-        self._payload = payload
-        self.commands = MissionCommands(state, roi, payload)
-        """Carries items without a place out."""
+        super().__init__(state, roi, payload)
         self._geofence = geofence
-        self._precland = PrecLand(state)
-        self._lands_precisely = False
         self._plan: Plan | None = None
         self._fence: Plan | None = None
         self._checked = False
         self.jumps = Jumps(state)
         self._ahead: list[int] = []
         """The next two places behind the current item."""
-        self._work = Work.DEFAULT
         self._climb_alt_m = math.nan
-        self._resume = MissionResume()
-        self._aligns = self._speed_waits = False
-        """It turns to its next leg at the place from which it goes on, and has its speed from there."""
-        self._target: Target | None = None
-        self._reached = Reached()
-        self._active = False
-        self._executing = False
         self._has_next_item = False
         self._was_activated = False
         self._was_disarmed = False
-        self._home_count = 0
-        """home_position.update_count as MISSION has followed it."""
         self._mission_state = 0
         self.valid = False
         self.seq_reached_us = 0
-
-    @property
-    def items(self) -> tuple[MissionItem, ...]:
-        """The mission as uploaded."""
-        return self._state.dataman.mission.items
 
     # --- from outside ---------------------------------------------------------------------------------------
 
@@ -120,6 +92,8 @@ class Mission:
             self.jumps.forget()
             self._resume.forget()
             self._was_activated = self._active
+        elif not self._active:
+            self._resume.note(dataman.current_seq)
         if dataman.fence is not self._fence or is_new:
             self._fence = dataman.fence
             self._checked = False
@@ -211,10 +185,8 @@ class Mission:
     def on_inactive(self) -> None:
         """Another mode is flown, or the vehicle is not armed."""
         if self._active:
-            self._payload.leave_mission()
-            self._resume.leave(self._state.dataman.current_seq)
-            self._state.seq_reached = -1
-        self._active = self._executing = False
+            self._leave()
+        self._executing = False
         self._work = Work.DEFAULT
         self._was_disarmed = self._was_disarmed or not self._state.armed
 
@@ -229,74 +201,15 @@ class Mission:
             self._has_next_item = self._is_valid()
             self._resume.forget()
         self._was_activated, self._was_disarmed = True, False
-        before = state.dataman.current_seq
-        state.dataman.current_seq = self._resume.begin(self.items, before)
-        self._aligns = self._speed_waits = state.dataman.current_seq != before
+        self._go_back()
         self._require_climb()
         self._start()
         state.cruising_speed_m_s = -1.0
         if not self._speed_waits:
-            self.replay_speed()
+            self._replay_speed()
         if self._target is not None and self._target.command == DO_CHANGE_SPEED:
             # The first item's command; PX4's navigator obeys it in its next cycle, so after this reset.
             change_speed(state, raw_command_of(self.items[state.dataman.current_seq]))
-
-    def on_active(self) -> None:
-        """Every cycle in MISSION."""
-        if self._target is None:
-            return
-        self._follow_home()
-        if self._aligns and self._reached.update(self._state, self._target):
-            self._align(self._target)
-        self._go_on()
-        if self._reached.update(self._state, self._target):
-            self._item_done()
-        self._look_at_roi()
-        if self._lands_precisely:
-            self._precland.on_active()
-        if self._target is not None:
-            self._target = keep_off_ground(self._state, self._target)
-
-    def _follow_home(self) -> None:
-        count = self._state.topics.home_position.update_count
-        if count > self._home_count and self._target is not None:
-            self._home_count, self._target = count, follow_home(self._state, self._target)
-
-    def _align(self, target: Target) -> None:
-        """Turn to the next leg before it is flown, where the place itself has no heading."""
-        state, self._aligns = self._state, False
-        following = self.next_place(state.dataman.current_seq + 1)
-        if following is None or math.isfinite(target.yaw_rad):
-            return
-        there = self.items[following]
-        yaw_rad = bearing_rad(target.lat_deg, target.lon_deg, there.lat_deg, there.lon_deg)
-        self._target = target._replace(yaw_rad=yaw_rad, force_heading=True)
-        self._reached.restart(state.now_us)
-        triplet = state.triplet
-        state.triplet = triplet._replace(timestamp=state.now_us, current=setpoint_of(state, self._target))
-
-    def _go_on(self) -> None:
-        """Say again what was said before the mission was left."""
-        seq = self._state.dataman.current_seq
-        for item in self._resume.due(seq, climbing=self._work is Work.CLIMB):
-            self.commands.issue(item)
-        if self._speed_waits and self._resume.is_on(seq):
-            self._speed_waits = False
-            self.replay_speed()
-
-    def _look_at_roi(self) -> None:
-        """Turn to the region of interest, but not in a climb that takes off, nor in a landing.
-
-        Above the ground a takeoff's item is a waypoint like any other (Mission::handleTakeoff).
-        """
-        state, target = self._state, self._target
-        if target is None or not state.traits.flies or target.command in TAKEOFFS | LANDS:
-            return
-        triplet = state.triplet
-        yaw_rad = self._roi.yaw_rad(triplet.current)
-        if yaw_rad is not None:
-            self._target = target._replace(yaw_rad=yaw_rad)
-            state.triplet = triplet._replace(timestamp=state.now_us, current=triplet.current._replace(yaw=yaw_rad))
 
     def _start(self, *, keeps_leg: bool = False) -> None:
         """The mission begins or goes on at its current item; on the leg that is flown if only the fence is new."""
@@ -311,13 +224,6 @@ class Mission:
         self._work = Work.DEFAULT if self.valid else self._work
         self.begin_report()
         self._set_item()
-
-    def replay_speed(self) -> None:
-        """A mission that goes on says again which speed its last item before this one gave."""
-        before = self.items[: self._state.dataman.current_seq]
-        speeds = [item for item in before if item.command == DO_CHANGE_SPEED]
-        if speeds:
-            self.commands.issue(speeds[-1])
 
     def _require_climb(self) -> None:
         """Before it begins, a mission climbs to the height of its next place, if that is above the vehicle."""
@@ -397,7 +303,7 @@ class Mission:
         stops = item.command == DELAY  # so that the vehicle holds where it is rather than heading on
         following = state.no_setpoint() if stops else triplet.next
         state.fly(triplet.current, previous=triplet.previous, following=following)
-        self.commands.issue(item)
+        self._commands.issue(item)
 
     def _pass_gate(self, item: MissionItem) -> None:
         """Fly to the place behind a gate, and through it on the way."""
@@ -440,16 +346,10 @@ class Mission:
         self._begin(target, Work.DEFAULT)
         tell_item(state, state.dataman.current_seq, target, item)
         setpoint, following, flown = setpoint_of(state, target), self._following(), state.triplet.current
-        self._lands_precisely = self._precland.begins_at(item)
-        if self._lands_precisely:
+        if self._precland.begins_at(item):
+            self._work = Work.PRECISION_LAND
             setpoint = state.triplet.current
         fly_leg(state, setpoint, following, before, flown)
-
-    def _begin(self, target: Target, work: Work) -> None:
-        self._target = target
-        self._work = work
-        self._lands_precisely = False
-        self._reached.restart(self._state.now_us)
 
     def _following(self) -> PositionSetpoint:
         """The next place, to cut the corner; none where the vehicle stays for a while."""

@@ -40,6 +40,7 @@ class Work(Enum):
     DEFAULT = "default"
     CLIMB = "climb"
     MOVE_TO_LAND = "move to land"
+    PRECISION_LAND = "precision land"
 
 
 class Landing(NamedTuple):

@@ -43,14 +43,20 @@ class MissionResume:
         """It is another mission now, or another item was chosen."""
         self._left_seq = -1
 
-    def begin(self, items: Sequence[MissionItem], seq: int) -> int:
-        """The mission begins or goes on at an item; the one to fly instead, or the same."""
+    def note(self, seq: int) -> None:
+        """The current item while another mode is flown: whoever has moved it on, it is not gone back from there."""
+        if seq != self._left_seq:
+            self._left_seq = -1
+
+    def begin(self, items: Sequence[MissionItem], seq: int) -> int | None:
+        """The mission begins or goes on at an item; the place to go back to first, if it is to."""
+        place = None
         self._unsaid = {KIND[item.command]: item for item in items[:seq] if item.command in KIND}
         if self._left_seq > 0 and takes_pictures(self._unsaid.get(TRIGGER)):
-            before = [place for place in range(self._left_seq) if items[place].command in WITH_POSITION]
-            seq = before[-1] if before else seq
-        self._begun_seq, self._left_seq = seq, -1
-        return seq
+            before = reversed(range(self._left_seq))
+            place = next((each for each in before if items[each].command in WITH_POSITION), None)
+        self._begun_seq, self._left_seq = seq if place is None else place, -1
+        return place
 
     def is_on(self, seq: int) -> bool:
         """Whether the mission has come beyond the item at which it went on."""

@@ -80,7 +80,7 @@ class Navigator:
         self._course = Course(state, self._geofence)
         self._payload = Payload(state)
         self._mission = Mission(state, self._roi, self._payload, self._geofence)
-        self._rtl = Rtl(state, self._mission, self._payload)
+        self._rtl = Rtl(state, self._mission, self._roi, self._payload)
         self._modes: dict[NavState, Mode] = {
             NavState.AUTO_TAKEOFF: self._takeoff,
             NavState.AUTO_VTOL_TAKEOFF: self._vtol_takeoff,

@@ -17,6 +17,7 @@ from sitl_emu.autopilot.navigator.mission import Mission
 from sitl_emu.autopilot.navigator.mission_block import RALLY_FRAMES, RELATIVE_FRAMES, target_of
 from sitl_emu.autopilot.navigator.mission_legs import landing_of
 from sitl_emu.autopilot.navigator.payload import Payload
+from sitl_emu.autopilot.navigator.roi import Roi
 from sitl_emu.autopilot.navigator.rtl_direct import Destination, RtlDirect
 from sitl_emu.autopilot.navigator.rtl_mission import RtlMission, RtlType
 from sitl_emu.autopilot.navigator.state import NavigatorState
@@ -40,11 +41,11 @@ HOME_OR_RALLY, NEVER_HOME, FOLLOW_MISSION, NEAREST, SHORTER_WAY, RALLY_ALONE = r
 class Rtl:
     """AUTO_RTL."""
 
-    def __init__(self, state: NavigatorState, mission: Mission, payload: Payload) -> None:
+    def __init__(self, state: NavigatorState, mission: Mission, roi: Roi, payload: Payload) -> None:
         self._state = state
         self._mission = mission
         self._direct = RtlDirect(state)
-        self._along = RtlMission(state, mission, payload)
+        self._along = RtlMission(state, mission, roi, payload)
         self._kind: RtlType | None = None
         self._flown_seq: int | None = None
         self._checked_us: int | None = None

@@ -4,6 +4,8 @@ PX4's RtlDirectMissionLand, RtlMissionFast and RtlMissionFastReverse (src/module
 Places alone are flown to, as waypoints that are passed without a stop; what else the mission does is left out, jumps
 too. They move the mission's current item, which a ground station may set as in MISSION. A return that comes back to the
 take-off climbs to its height there, goes above home as high as it is then, and lands.
+
+Whatever a mission does when it is left and goes on, they do too, each for itself (`mission_base.py`).
 """
 
 import math
@@ -11,6 +13,7 @@ from enum import IntEnum
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.navigator.mission import Mission
+from sitl_emu.autopilot.navigator.mission_base import MissionBase
 from sitl_emu.autopilot.navigator.mission_block import (
     LAND,
     LANDS,
@@ -20,9 +23,7 @@ from sitl_emu.autopilot.navigator.mission_block import (
     TAKEOFFS,
     WAYPOINT,
     WITH_POSITION,
-    Reached,
     Target,
-    keep_off_ground,
     target_of,
     tell_command,
     tell_item,
@@ -31,7 +32,6 @@ from sitl_emu.autopilot.navigator.mission_legs import (
     Work,
     announce,
     fly_leg,
-    follow_home,
     is_above,
     landing_of,
     move_to_land,
@@ -40,7 +40,8 @@ from sitl_emu.autopilot.navigator.mission_legs import (
     tell_finished,
 )
 from sitl_emu.autopilot.navigator.payload import Payload
-from sitl_emu.autopilot.navigator.precland import Precision, PrecLand
+from sitl_emu.autopilot.navigator.precland import Precision
+from sitl_emu.autopilot.navigator.roi import Roi
 from sitl_emu.autopilot.navigator.rtl_time import along_s, vertical_s
 from sitl_emu.autopilot.navigator.state import NavigatorState
 from sitl_emu.autopilot.storage.dataman import MissionItem, Plan
@@ -61,25 +62,16 @@ class RtlType(IntEnum):
     """Back along the mission, and home."""
 
 
-class RtlMission:
+class RtlMission(MissionBase):
     """AUTO_RTL along the mission."""
 
-    def __init__(self, state: NavigatorState, mission: Mission, payload: Payload) -> None:
-        self._state = state
+    def __init__(self, state: NavigatorState, mission: Mission, roi: Roi, payload: Payload) -> None:
+        super().__init__(state, roi, payload)
         self._mission = mission
-        self._payload = payload
-        self._active = False
         self._kind = RtlType.MISSION_FAST
         self._return_alt_m = math.nan
-        self._climbs = self._executing = self._has_item = False
-        self._work = Work.DEFAULT
-        self._target: Target | None = None
-        self._reached = Reached()
-        self._precland = PrecLand(state)
-        self._lands_precisely = self._comes_down = False
+        self._climbs = self._has_item = self._comes_down = False
         self._plan: Plan | None = None
-        self._home_count = 0
-        """home_position.update_count as this return has followed it."""
         self._seq = -1
         """The current item as this return has set it."""
 
@@ -87,9 +79,11 @@ class RtlMission:
         """How the next return goes; AMSL height to which it climbs before it makes for a landing pattern."""
         self._kind, self._return_alt_m = kind, return_alt_m
         self._home_count = 0
+        self._resume.forget()
 
     def on_activation(self, flown_seq: int | None) -> None:
         """Begin. `flown_seq`: the item that MISSION was flying; None where another mode was flown."""
+        self._note()
         state, self._active = self._state, True
         self._work, self._executing = Work.DEFAULT, False
         self._climbs = self._kind is RtlType.DIRECT_MISSION_LAND and self._is_to_climb
@@ -97,40 +91,41 @@ class RtlMission:
         if first is not None:
             state.dataman.current_seq = first
         self._has_item = first is not None and not state.landed
+        self._go_back()
         self._take_up()
         self._set_item()
         state.cruising_speed_m_s = -1.0
-        self._mission.replay_speed()
+        if not self._speed_waits:
+            self._replay_speed()
 
     def on_inactive(self) -> None:
-        """It is left: what a mission leaves is put in order (MissionBase::on_inactivation)."""
+        """Every cycle of another mode, or of none."""
         if self._active:
-            self._active = False
-            self._payload.leave_mission()
+            self._leave()
+        else:
+            self._note()
 
     def on_active(self) -> None:
         """Every cycle of the return."""
         state = self._state
-        if state.dataman.mission is not self._plan or state.dataman.current_seq != self._seq:
-            state.reset_triplet()
-            seq = self._mission.jumps.behind(state.dataman.current_seq) if self._mission.valid else None
-            self._has_item = seq is not None
-            if seq is not None:
-                state.dataman.current_seq = seq
-            self._take_up()
-            self._set_item()
+        if state.dataman.mission is self._plan and state.dataman.current_seq == self._seq:
+            super().on_active()
             return
-        if self._target is None:
-            return
-        home_count = state.topics.home_position.update_count
-        if home_count > self._home_count:
-            self._home_count, self._target = home_count, follow_home(state, self._target)
-        if self._reached.update(state, self._target):
-            self._item_done()
-        if self._lands_precisely:
-            self._precland.on_active()
-        if self._target is not None:
-            self._target = keep_off_ground(state, self._target)
+        state.reset_triplet()
+        seq = self._mission.jumps.behind(state.dataman.current_seq) if self._mission.valid else None
+        self._has_item = seq is not None
+        if seq is not None:
+            state.dataman.current_seq = seq
+        self._take_up()
+        self._set_item()
+
+    def _note(self) -> None:
+        """Whoever has another mission, or another current item, begins anew (MissionBase::onMissionUpdate)."""
+        dataman = self._state.dataman
+        if dataman.mission is self._plan:
+            self._resume.note(dataman.current_seq)
+        else:
+            self._resume.forget()
 
     @property
     def is_landing(self) -> bool:
@@ -141,7 +136,7 @@ class RtlMission:
 
     def seconds_left(self, *, active: bool) -> float:
         """How long the landing pattern takes from here (RtlDirectMissionLand); NaN for the others: PX4 doesn't know."""
-        state, landing = self._state, landing_of(self._mission.items)
+        state, landing = self._state, landing_of(self.items)
         if self._kind is not RtlType.DIRECT_MISSION_LAND or landing is None:
             return math.nan
         position = state.position
@@ -153,7 +148,7 @@ class RtlMission:
             alt_m = self._return_alt_m
         seq = self._mission.next_place(max(state.dataman.current_seq, landing.start) if active else landing.start)
         while seq is not None:
-            item = self._mission.items[seq]
+            item = self.items[seq]
             place = target_of(item, state.home_alt_m())
             away_m = distance_m(lat_deg, lon_deg, place.lat_deg, place.lon_deg)
             if item.command == LOITER_UNLIM:
@@ -178,7 +173,7 @@ class RtlMission:
 
     def _first(self, flown_seq: int | None) -> int | None:
         """The item that the return begins with; None where there is none."""
-        landing = landing_of(self._mission.items)
+        landing = landing_of(self.items)
         if not self._mission.valid:
             return None
         if self._kind is RtlType.DIRECT_MISSION_LAND:
@@ -196,7 +191,7 @@ class RtlMission:
         position, home_alt_m = self._state.position, self._state.home_alt_m()
 
         def away_m(seq: int) -> float:
-            place = target_of(self._mission.items[seq], home_alt_m)
+            place = target_of(self.items[seq], home_alt_m)
             along_m = distance_m(place.lat_deg, place.lon_deg, position.lat, position.lon)
             return math.hypot(along_m, place.alt_m - position.alt)
 
@@ -204,7 +199,7 @@ class RtlMission:
 
     def _places(self) -> list[int]:
         """All items with a place: jumps are not followed."""
-        return [seq for seq, item in enumerate(self._mission.items) if item.command in WITH_POSITION]
+        return [seq for seq, item in enumerate(self.items) if item.command in WITH_POSITION]
 
     def _place_from(self, seq: int) -> int | None:
         return next((place for place in self._places() if place >= seq), None)
@@ -212,12 +207,13 @@ class RtlMission:
     def _place_before(self, seq: int) -> int | None:
         return next((place for place in reversed(self._places()) if place < seq), None)
 
+    def next_place(self, seq: int) -> int | None:
+        """The first item with a position from `seq` on; behind jumps on the way to a landing pattern alone."""
+        return self._mission.next_place(seq) if self._kind is RtlType.DIRECT_MISSION_LAND else self._place_from(seq)
+
     def _next(self, seq: int) -> int | None:
-        if self._kind is RtlType.MISSION_FAST_REVERSE:
-            return self._place_before(seq)
-        if self._kind is RtlType.MISSION_FAST:
-            return self._place_from(seq + 1)
-        return self._mission.next_place(seq + 1)
+        is_back = self._kind is RtlType.MISSION_FAST_REVERSE
+        return self._place_before(seq) if is_back else self.next_place(seq + 1)
 
     # --- one item after the other -----------------------------------------------------------------------------
 
@@ -251,14 +247,14 @@ class RtlMission:
             self._executing = False
             stay(self._state)
             return
-        item = self._mission.items[self._seq]
+        item = self.items[self._seq]
         self._mission.tell_progress()
         if self._climbs:
             self._climb(item)
         elif item.command not in WITH_POSITION:
             self._begin(target_of(item, self._state.home_alt_m()), Work.DEFAULT)
             tell_command(self._state, self._seq, item)
-            self._mission.commands.issue(item)
+            self._commands.issue(item)
         elif self._kind is RtlType.MISSION_FAST_REVERSE:
             self._fly_back(item, work)
         elif item.command in LANDS:
@@ -303,7 +299,8 @@ class RtlMission:
         self._begin(land, Work.DEFAULT)
         tell_item(state, self._seq, land, item)
         flown = state.triplet.current
-        self._lands_precisely = self._precland.begins_at(item)
+        if self._precland.begins_at(item):
+            self._work = Work.PRECISION_LAND
         fly_leg(state, setpoint_of(state, land), self._following(), work, flown)
 
     def _fly_back(self, item: MissionItem, work: Work) -> None:
@@ -314,6 +311,8 @@ class RtlMission:
         self._comes_down = item.command in TAKEOFFS or before is None
         if item.command not in TAKEOFFS and before is not None:
             self._pass(item, following)
+        elif state.landed:
+            self._take_off_again(item, following)
         elif work is Work.DEFAULT:
             self._pass(item, following)
             self._work = Work.CLIMB
@@ -326,8 +325,14 @@ class RtlMission:
             precisely = mode in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and state.traits.lands_precisely
             if precisely:
                 self._precland.begin(Precision(mode))
-            self._fly_home(LAND, state.position.alt, Work.DEFAULT)
-            self._lands_precisely = precisely
+            self._fly_home(LAND, state.position.alt, Work.PRECISION_LAND if precisely else Work.DEFAULT)
+
+    def _take_off_again(self, item: MissionItem, following: PositionSetpoint) -> None:
+        """After a precision landing, which leaves the item as it is: a flaw of PX4's (handleLanding of this return)."""
+        state, place = self._state, target_of(item, self._state.home_alt_m())
+        self._begin(place, Work.DEFAULT)
+        tell_item(state, self._seq, place, item)
+        state.fly(setpoint_of(state, place), previous=state.triplet.previous, following=following)
 
     @property
     def _home_deg(self) -> tuple[float, float]:
@@ -346,9 +351,4 @@ class RtlMission:
         return self._state.triplet.next if place is None else self._setpoint_at(place)
 
     def _setpoint_at(self, seq: int) -> PositionSetpoint:
-        return setpoint_of(self._state, target_of(self._mission.items[seq], self._state.home_alt_m()))
-
-    def _begin(self, target: Target, work: Work) -> None:
-        self._target, self._work = target, work
-        self._lands_precisely = False
-        self._reached.restart(self._state.now_us)
+        return setpoint_of(self._state, target_of(self.items[seq], self._state.home_alt_m()))

@@ -116,7 +116,7 @@ def test_what_takes_pictures(command: int, param1: float, takes: bool) -> None:
 def test_the_last_of_a_kind_counts_and_is_said_once() -> None:
     resume = MissionResume()
     first, last = item(GIMBAL, 0, 0, 0, -10.0), item(GIMBAL, 0, 0, 0, -80.0)
-    assert resume.begin((first, last, item(WAYPOINT)), 2) == 2
+    assert resume.begin((first, last, item(WAYPOINT)), 2) is None
     assert resume.due(2, climbing=True) == []
     assert resume.due(2, climbing=False) == [last]
     assert resume.due(3, climbing=False) == []

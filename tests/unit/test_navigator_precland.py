@@ -221,6 +221,22 @@ def test_a_missions_landing(precision: int, place: tuple[float, float]) -> None:
 # --- messages -----------------------------------------------------------------------------------------------
 
 
+def test_a_missions_precision_landing_ends_as_a_landing() -> None:
+    """MissionBase::advance_mission waits for the work to end, so that the item is set once more, landed."""
+    rig = FakeVehicle(NAV_ACC_RAD=2.0)
+    rig.run(3.0)
+    rig.upload(item(TAKEOFF, 0, 0, 6), item(LAND, 0, 0, 0, 0.0, 1.0))
+    rig.run(0.1)
+    assert rig.set_mode(4, 4) == 0
+    assert rig.arm() == 0
+    while rig.topics.mission_result.seq_reached != 1:
+        rig.step()
+    assert rig.take_texts()[-1] == "Landing detected"
+    assert rig.topics.navigator_mission_item.timestamp == rig.now_us
+    rig.run(0.2)
+    assert "Mission finished, landed" in rig.take_texts()
+
+
 def landing_target(**changes: Any) -> Any:
     fields = {"angle_x": 0.0, "angle_y": 0.0, "x": 0.0, "y": 0.0, "z": 0.0, "position_valid": 0, "frame": 1} | changes
     return mavlink.MAVLink_landing_target_message(
