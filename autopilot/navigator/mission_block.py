@@ -64,6 +64,10 @@ WITH_POSITION = items_where(lambda item: item.role is Role.PLACE)
 WITH_HEADING = items_where(lambda item: item.heading)
 
 SAME_HEIGHT_M = 1e-6
+EXIT_MARGIN = 1.05
+"""A circle whose next place is nearer than so many of its radii can't be left towards it (exit_course_is_reachable)."""
+EXIT_COURSE_COSINE = 0.99619
+"""Of 5 degrees (kCosineExitCourseThreshold)."""
 STOPPED_DESCENT_M = 2.0
 """A descent of less is not stopped (kAltitudeDifferenceForDescentCondition)."""
 OF_PLAN, ONBOARD = 0, 1
@@ -237,7 +241,7 @@ class Reached:
             return False
         passes = command == WAYPOINT and not state.traits.stops_at_waypoints
         hold_s = 0.0 if passes else max(target.hold_s, 0.0)
-        if (state.now_us - self._position_reached_us) * 1e-6 < hold_s:
+        if (state.now_us - self._position_reached_us) * 1e-6 < hold_s or not _may_leave(state, target):
             return False
         if target.loiter_exit_xtrack:
             _leave_on_tangent(state)
@@ -312,6 +316,21 @@ def _is_passed(state: NavigatorState, gate: Target) -> bool:
     there_n, there_e = plane.project(current.lat, current.lon)
     here_n, here_e = plane.project(position.lat, position.lon)
     return (there_n != 0.0 or there_e != 0.0) and here_n * there_n + here_e * there_e >= 0.0
+
+
+def _may_leave(state: NavigatorState, target: Target) -> bool:
+    """What does not hover leaves a circle, if its item has a heading, on course for the next place."""
+    current, following = state.triplet.current, state.triplet.next
+    circles = current.type == SetpointType.LOITER and (target.force_heading or target.command == WAYPOINT)
+    if state.traits.flies or not following.valid or not circles:
+        return True
+    there = following.lat, following.lon
+    if distance_m(current.lat, current.lon, *there) <= EXIT_MARGIN * current.loiter_radius:
+        return True
+    position, local = state.position, state.topics.vehicle_local_position
+    away_m, course_rad = distance_m(position.lat, position.lon, *there), bearing_rad(position.lat, position.lon, *there)
+    ahead_m_s = local.vx * math.cos(course_rad) + local.vy * math.sin(course_rad)
+    return away_m * ahead_m_s > away_m * math.hypot(local.vx, local.vy) * EXIT_COURSE_COSINE
 
 
 def _leave_on_tangent(state: NavigatorState) -> None:

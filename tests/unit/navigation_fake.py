@@ -67,6 +67,8 @@ class FakeVehicle:
         self.euler = (0.0, 0.0, 0.0)
         self.turned = 0.0
         """Heading of the estimate."""
+        self.velocity = 0.0, 0.0
+        """North and east, as the estimate has it; it moves nothing."""
         self.z_resets, self.delta_z = 0, 0.0
         self.gps = self.sensors = self.gcs = True
         self.gps_error_north = 0.0
@@ -177,6 +179,7 @@ class FakeVehicle:
             topics.sensor_gps = SensorGps(now, *received, HOME_ALT + self.up, fix_type=3)
         topics.vehicle_local_position = VehicleLocalPosition(
             now, now, known, True, known, True, self.north, self.east, -self.up,
+            vx=self.velocity[0], vy=self.velocity[1],
             heading=self.turned, heading_good_for_control=self.heading_is_good,
             z_reset_counter=self.z_resets, delta_z=self.delta_z,
             xy_global=True, z_global=True, ref_lat=HOME_LAT, ref_lon=HOME_LON, ref_alt=HOME_ALT, eph=0.5, epv=0.8,

@@ -281,6 +281,25 @@ def test_gimbal_and_winch_are_given_their_time(command: int, param1: float) -> N
     assert vehicle.reached[-1] == 1
 
 
+@pytest.mark.parametrize(("insists", "radius_m", "waits"), [(1.0, 10.0, True), (0.0, 10.0, False), (1.0, 0.0, False)])
+def test_a_rover_leaves_a_circle_on_course(insists: float, radius_m: float, waits: bool) -> None:
+    """MissionBlock::is_mission_item_reached_or_completed: within 5 degrees, if the item has a heading required.
+
+    Not where the next place is within the circle, here of NAV_LOITER_RAD.
+    """
+    circle = item(LOITER_TIME, 20, 0, 0, 0.0, insists, radius_m)
+    rover = started(circle, item(WAYPOINT, 20, 30), rover=True)
+    rover.run(6.0)
+    assert (rover.reached[-1] == -1) is waits
+    for velocity in ((0.0, 0.0), (0.2, 1.0)):
+        rover.velocity = velocity
+        rover.run(0.2)
+        assert (rover.reached[-1] == -1) is waits
+    rover.velocity = 0.05, 1.0
+    rover.run(0.2)
+    assert rover.reached[-1] == 0
+
+
 def test_a_gimbal_that_is_given_no_time_delays_nothing() -> None:
     """MissionBase::setMissionIndex wakes the navigator at once, and no time is over by then."""
     gimbal = item(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, 0, 0, 0, -90.0)
