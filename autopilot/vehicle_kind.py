@@ -50,8 +50,6 @@ class Traits:
     """It has a height to climb to and to descend from; what does not, goes along the ground."""
     ramps_up_at_takeoff: bool
     """It is in the air only once the takeoff ramp has ended (takeoff_status)."""
-    lands_precisely: bool
-    """It can land on a target (navigator/precland.cpp)."""
     stops_at_waypoints: bool
     """It holds at a waypoint that has a time, and turns to a heading there (navigator/mission_block.cpp)."""
     brakes_ahead: bool
@@ -100,7 +98,6 @@ class VehicleKind(Enum):
         no_standard_modes=frozenset(),
         flies=True,
         ramps_up_at_takeoff=True,
-        lands_precisely=True,
         stops_at_waypoints=True,
         brakes_ahead=True,
         control_chooses_acceptance_radius=False,
@@ -121,7 +118,6 @@ class VehicleKind(Enum):
         no_standard_modes=frozenset({NavState.ALTCTL, NavState.POSCTL, NavState.ORBIT}),
         flies=False,
         ramps_up_at_takeoff=False,
-        lands_precisely=False,
         stops_at_waypoints=False,
         brakes_ahead=False,
         control_chooses_acceptance_radius=True,

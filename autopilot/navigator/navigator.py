@@ -89,7 +89,7 @@ class Navigator:
             NavState.AUTO_MISSION: self._mission,
             NavState.AUTO_RTL: self._rtl,
             NavState.AUTO_LAND: Land(state),
-            NavState.AUTO_PRECLAND: PrecLand(state) if state.traits.lands_precisely else Land(state),
+            NavState.AUTO_PRECLAND: PrecLand(state),
         }
         self._mode: Mode | None = None
         self._nav_state: NavState | None = None

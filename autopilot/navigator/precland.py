@@ -10,6 +10,8 @@ again once more than PLD_MAX_SRCH times, lands where it is.
 On the way above the target the setpoint itself moves no faster than MPC_XY_CRUISE and by MPC_ACC_HOR, and slowly enough
 to stop there.
 
+No kind of vehicle is exempt: a rover that sees no target ends its return, or its mission's landing, where it is.
+
 Left out: the target's yaw (PLD_YAW_EN), targets that move.
 """
 
@@ -105,7 +107,7 @@ class PrecLand:
     def begins_at(self, item: MissionItem) -> bool:
         """Begin with a mission's landing that asks for it, in the air; False for any other item."""
         wants = item.command == LAND and item.param2 in (Precision.OPPORTUNISTIC, Precision.REQUIRED)
-        if not wants or not self._state.traits.lands_precisely or self._state.landed:
+        if not wants or self._state.landed:
             return False
         self.begin(Precision(int(item.param2)))
         return True

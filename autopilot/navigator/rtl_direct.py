@@ -129,9 +129,9 @@ class RtlDirect:
 
     @property
     def _precision(self) -> Precision:
-        """RTL_PLD_MD, where the vehicle can."""
+        """RTL_PLD_MD."""
         mode = self._state.settings.rtl_pld_md
-        return Precision(mode) if mode in (1, 2) and self._state.traits.lands_precisely else Precision.DISABLED
+        return Precision(mode) if mode in (1, 2) else Precision.DISABLED
 
     def _first_phase(self) -> Phase:
         goes_to_height = self._state.position.alt < self._return_alt_m or self._state.return_alt_enforced

@@ -322,7 +322,7 @@ class RtlMission(MissionBase):
             self._fly_home(WAYPOINT, state.home_alt_m() + state.settings.rtl_descend_alt_m, Work.DEFAULT)
         else:
             mode = state.settings.rtl_pld_md
-            precisely = mode in (Precision.OPPORTUNISTIC, Precision.REQUIRED) and state.traits.lands_precisely
+            precisely = mode in (Precision.OPPORTUNISTIC, Precision.REQUIRED)
             if precisely:
                 self._precland.begin(Precision(mode))
             self._fly_home(LAND, state.position.alt, Work.PRECISION_LAND if precisely else Work.DEFAULT)

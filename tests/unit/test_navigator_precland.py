@@ -8,6 +8,7 @@ import pytest
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.navigator.precland import Slewed, slewed
 from sitl_emu.autopilot.topics import LandingTargetPose, VehicleAttitude, VehicleLocalPosition
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 
@@ -219,6 +220,23 @@ def test_a_missions_landing(precision: int, place: tuple[float, float]) -> None:
 
 
 # --- messages -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sub_mode", [5, 9])
+def test_a_rover_lands_precisely_too_where_it_is(sub_mode: int) -> None:
+    """PX4's PrecLand asks for no kind of vehicle; no target is told of here."""
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN, RTL_PLD_MD=1)
+    rover.run(3.0)
+    rover.arm()
+    rover.run(1.0)
+    rover.reposition(25.0, 0.0, 0.0)
+    rover.run(3.0)
+    assert rover.set_mode(4, sub_mode) == 0
+    before = rover.north
+    rover.run(4.0)
+    assert rover.north == pytest.approx(before, abs=1.0)
+    kinds = {5: SetpointType.LAND, 9: SetpointType.POSITION}
+    assert rover.topics.position_setpoint_triplet.current.type == kinds[sub_mode]
 
 
 def test_a_missions_precision_landing_ends_as_a_landing() -> None:
