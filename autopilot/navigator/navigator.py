@@ -93,6 +93,9 @@ class Navigator:
         }
         self._mode: Mode | None = None
         self._nav_state: NavState | None = None
+        self._has_reset = False
+        """The triplet was published as none since a mode of the navigator was chosen last
+        (_pos_sp_triplet_published_invalid_once)."""
         self._due_us = 0
         self._status: VehicleStatus | None = None
         self._plans: tuple[object, ...] = ()
@@ -168,6 +171,11 @@ class Navigator:
         self.traffic.update()
         status = topics.vehicle_status
         self._run_mode(status.nav_state if status.armed else None)
+        self._has_reset = self._has_reset and status.nav_state not in self._modes
+        if self._mode is None and not self._has_reset:
+            # Again and again where a mode of the navigator is chosen that does not run, for want of arming.
+            self._has_reset = True
+            state.reset_triplet()
         if state.triplet is not topics.position_setpoint_triplet:
             topics.position_setpoint_triplet = state.triplet
         self._payload.update()

@@ -366,3 +366,23 @@ def test_a_return_that_would_go_higher_than_its_sensors_measure_lands() -> None:
     assert vehicle.modes[-3:] == ["AUTO_RTL", "AUTO_LOITER", "AUTO_LAND"]
     vehicle.run_until_disarmed()
     assert place(vehicle)[0] == pytest.approx(50.0, abs=0.5)
+
+
+def test_while_disarmed_an_automatic_mode_has_no_setpoint_again_and_again() -> None:
+    """Navigator::run: every 50 ms; of what the pilot flies, once."""
+    vehicle = FakeVehicle(COM_RC_IN_MODE=1)
+    vehicle.run(3.0)
+
+    def published() -> int:
+        seen = set()
+        for _ in range(25):
+            vehicle.step()
+            seen.add(vehicle.topics.position_setpoint_triplet.timestamp)
+        assert not vehicle.topics.position_setpoint_triplet.current.valid
+        return len(seen)
+
+    assert published() >= 19
+    vehicle.commander._intention.change(NavState.POSCTL, armed=False)
+    vehicle.run(0.5)
+    assert vehicle.mode is NavState.POSCTL
+    assert published() == 1
