@@ -123,12 +123,12 @@ class CommandHandlers:
             mavlink.MAV_CMD_DO_CHANGE_ALTITUDE: self._do_change_altitude,
             mavlink.MAV_CMD_GUIDED_CHANGE_HEADING: self._guided_change_heading,
             mavlink.MAV_CMD_DO_LAND_START: self._do_land_start,
-            mavlink.MAV_CMD_DO_CHANGE_SPEED: self._pass_on,
-            mavlink.MAV_CMD_NAV_ROI: self._pass_on,
-            mavlink.MAV_CMD_DO_SET_ROI: self._pass_on,
-            mavlink.MAV_CMD_DO_SET_ROI_LOCATION: self._pass_on,
-            mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET: self._pass_on,
-            mavlink.MAV_CMD_DO_SET_ROI_NONE: self._pass_on,
+            mavlink.MAV_CMD_DO_CHANGE_SPEED: self._leave_to_navigator,
+            mavlink.MAV_CMD_NAV_ROI: self._leave_to_navigator,
+            mavlink.MAV_CMD_DO_SET_ROI: self._leave_to_navigator,
+            mavlink.MAV_CMD_DO_SET_ROI_LOCATION: self._leave_to_navigator,
+            mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET: self._leave_to_navigator,
+            mavlink.MAV_CMD_DO_SET_ROI_NONE: self._leave_to_navigator,
             mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: self._control_high_latency,
             mavlink.MAV_CMD_DO_SET_HOME: self._do_set_home,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._do_flighttermination,
@@ -189,6 +189,10 @@ class CommandHandlers:
         record = CommandRecord(self._published, now_us, command)
         self._topics.vehicle_commands = (*self._topics.vehicle_commands[1 - KEPT_COMMANDS :], record)
         return ACCEPTED
+
+    def _leave_to_navigator(self, now_us: int, command: VehicleCommand) -> None:
+        """The navigator answers, when it takes it."""
+        self._pass_on(now_us, command)
 
     # --- arming ---------------------------------------------------------------------------------------------
 

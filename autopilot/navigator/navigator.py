@@ -9,7 +9,7 @@ import math
 from typing import ClassVar, Final
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
-from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.navigator.course import Course
@@ -100,6 +100,9 @@ class Navigator:
         self._status: VehicleStatus | None = None
         self._plans: tuple[object, ...] = ()
         self._commands_seen = 0
+        self._repositioned_us: int | None = None
+        """When a place to hold at was commanded, until a vehicle_status is newer
+        (_wait_for_vehicle_status_timestamp)."""
         self._is_too_high = False
         self._published: tuple[object, ...] = ()
 
@@ -170,6 +173,8 @@ class Navigator:
         self._take_commands()
         self.traffic.update()
         status = topics.vehicle_status
+        if self._repositioned_us is not None and status.timestamp > self._repositioned_us:
+            self._repositioned_us = None
         self._run_mode(status.nav_state if status.armed else None)
         self._has_reset = self._has_reset and status.nav_state not in self._modes
         if self._mode is None and not self._has_reset:
@@ -201,33 +206,49 @@ class Navigator:
             topics.distance_sensor_mode_change_request = DistanceSensorModeChangeRequest(now_us, request)
 
     def _take_commands(self) -> None:
+        """What the commander has passed on; behind a place to hold at, none before another vehicle_status has come.
+
+        The next command could make another place of it. What the navigator has to answer, it answers as late.
+        """
         records = self._topics.vehicle_commands
         if not records or records[-1].number == self._commands_seen:
             return
         for record in records:
-            if record.number <= self._commands_seen:
-                continue
-            self._commands_seen = record.number
-            command = record.command
-            if command.command == mavlink.MAV_CMD_NAV_TAKEOFF:
-                self._takeoff.request(command)
-            elif command.command == mavlink.MAV_CMD_NAV_VTOL_TAKEOFF:
-                self._vtol_takeoff.request(command)
-            elif command.command == mavlink.MAV_CMD_DO_REPOSITION:
-                in_hold = self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER
-                if in_hold or (math.isfinite(command.param2) and int(command.param2) & CHANGE_MODE):
-                    self._loiter.reposition(command, in_hold=self._mode is self._loiter)
-            elif command.command == mavlink.MAV_CMD_DO_CHANGE_ALTITUDE:
-                if self._mode is self._course:
-                    self._course.change_altitude(command.param1)
-                elif self._topics.vehicle_status.nav_state is NavState.AUTO_LOITER:
-                    self._loiter.change_altitude(command.param1, in_hold=self._mode is self._loiter)
-            elif command.command == mavlink.MAV_CMD_MISSION_START:
-                self._mission.start_at(int(command.param1))
-            elif command.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
-                change_speed(self._state, command)
-            elif command.command in ROI_COMMANDS:
-                self._roi.take(command)
+            if self._repositioned_us is not None:
+                return
+            if record.number > self._commands_seen:
+                self._commands_seen = record.number
+                if self._take_command(record.command):
+                    self._repositioned_us = record.timestamp
+
+    def _take_command(self, command: VehicleCommand) -> bool:
+        """Whether it has chosen a place to hold at."""
+        status, number = self._topics.vehicle_status, command.command
+        in_hold = status.nav_state is NavState.AUTO_LOITER
+        if number == mavlink.MAV_CMD_NAV_TAKEOFF:
+            self._takeoff.request(command)
+        elif number == mavlink.MAV_CMD_NAV_VTOL_TAKEOFF:
+            self._vtol_takeoff.request(command)
+        elif number == mavlink.MAV_CMD_DO_REPOSITION:
+            changes_mode = math.isfinite(command.param2) and int(command.param2) & CHANGE_MODE
+            if status.armed and (in_hold or changes_mode):
+                self._loiter.reposition(command, in_hold=self._mode is self._loiter)
+                return True
+        elif number == mavlink.MAV_CMD_DO_CHANGE_ALTITUDE:
+            if self._mode is self._course:
+                self._course.change_altitude(command.param1)
+            elif status.armed and in_hold:
+                self._loiter.change_altitude(command.param1, in_hold=self._mode is self._loiter)
+                return True
+        elif number == mavlink.MAV_CMD_MISSION_START:
+            self._mission.start_at(int(command.param1))
+        elif number == mavlink.MAV_CMD_DO_CHANGE_SPEED:
+            change_speed(self._state, command)
+            answer_later(self._topics, command, CommandResult(mavlink.MAV_RESULT_ACCEPTED))
+        elif number in ROI_COMMANDS:
+            self._roi.take(command)
+            answer_later(self._topics, command, CommandResult(mavlink.MAV_RESULT_ACCEPTED))
+        return False
 
     def _run_mode(self, nav_state: NavState | None) -> None:
         """Run the mode; None while disarmed: no mode runs then, and what was flown before is forgotten.

@@ -191,10 +191,10 @@ def test_height_limit() -> None:
 
 def test_region_of_interest_by_command() -> None:
     vehicle = flying()
-    vehicle.result(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 0, 0, 0, 0, 47.4, 8.5, 500.0)
+    vehicle.command(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, 0, 0, 0, 0, 47.4, 8.5, 500.0)
     vehicle.step()
     assert vehicle.topics.vehicle_roi[:4] == (3, 47.4, 8.5, 500.0)
-    vehicle.result(mavlink.MAV_CMD_DO_SET_ROI_NONE)
+    vehicle.command(mavlink.MAV_CMD_DO_SET_ROI_NONE)
     vehicle.step()
     assert vehicle.topics.vehicle_roi.mode == 0
 

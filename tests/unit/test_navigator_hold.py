@@ -215,7 +215,7 @@ def test_on_the_ground_hold_has_no_setpoint() -> None:
 def test_a_landing_forgets_the_speed_that_was_asked_for() -> None:
     """Its own setpoint still has it (Land::on_activation)."""
     vehicle = flying()
-    vehicle.result(CHANGE_SPEED, AIRSPEED, 3.0, -1)
+    vehicle.command(CHANGE_SPEED, AIRSPEED, 3.0, -1)
     vehicle.run(0.1)
     assert vehicle.set_mode(*LAND_MODE) == 0
     vehicle.run(0.2)
@@ -228,7 +228,7 @@ def test_a_landing_forgets_the_speed_that_was_asked_for() -> None:
 def test_a_speed_asked_for_on_the_ground_is_the_takeoffs() -> None:
     vehicle = FakeVehicle()
     vehicle.run(3.0)
-    vehicle.result(CHANGE_SPEED, GROUND_SPEED, 3.0, -1)
+    vehicle.command(CHANGE_SPEED, GROUND_SPEED, 3.0, -1)
     vehicle.run(0.1)
     vehicle.arm()
     vehicle.set_mode(*TAKEOFF_MODE)
@@ -248,3 +248,30 @@ def test_a_rover_that_takes_off_elsewhere_drives_back_to_where_it_was() -> None:
     rover.run(0.3)
     assert rover.modes == ["AUTO_LOITER", "AUTO_TAKEOFF", "AUTO_LOITER"]
     assert ahead_m(rover) == pytest.approx(0.0, abs=1.0)
+
+
+@pytest.mark.parametrize(("moves", "at_once"), [(False, True), (True, False)])
+def test_behind_a_place_to_hold_at_the_navigator_takes_no_command_before_it_hears_its_status(
+    moves: bool, at_once: bool
+) -> None:
+    """Navigator::run, _wait_for_vehicle_status_timestamp: which is told every 0.5 s, and when it changes."""
+    vehicle = flying()
+    if moves:
+        assert vehicle.reposition(20.0, 0.0, 10.0) == 0
+    assert vehicle.command(CHANGE_SPEED, GROUND_SPEED, 3.0) is None
+    vehicle.run(0.2)
+    assert (len(vehicle.topics.vehicle_command_acks) == 1) is at_once
+    vehicle.run(0.5)
+    (ack,) = vehicle.topics.vehicle_command_acks
+    assert (ack.command.command, ack.result) == (CHANGE_SPEED, 0)
+    assert vehicle.navigator._state.cruising_speed_m_s == 3.0
+
+
+def test_a_command_a_moment_after_a_place_to_hold_at_is_not_delayed() -> None:
+    """It tells the status itself (Commander::handle_command)."""
+    vehicle = flying()
+    assert vehicle.reposition(20.0, 0.0, 10.0) == 0
+    vehicle.step()
+    vehicle.command(CHANGE_SPEED, GROUND_SPEED, 3.0)
+    vehicle.run(0.2)
+    assert len(vehicle.topics.vehicle_command_acks) == 1

@@ -114,7 +114,7 @@ def test_change_speed_acts_on_the_leg_in_progress_and_ends_with_the_mode() -> No
     vehicle = flying()
     vehicle.reposition(100.0, 0.0, 10.0)
     vehicle.run(0.1)
-    vehicle.result(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 3, -1)
+    vehicle.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 3, -1)
     vehicle.run(0.1)
     current = vehicle.topics.position_setpoint_triplet.current
     assert current.cruising_speed == 3.0
@@ -128,7 +128,7 @@ def test_a_speed_that_is_no_ground_speed_waits_for_the_next_setpoint() -> None:
     vehicle = flying()
     vehicle.reposition(100.0, 0.0, 10.0)
     vehicle.run(0.1)
-    vehicle.result(mavlink.MAV_CMD_DO_CHANGE_SPEED, 0, 3, -1)
+    vehicle.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 0, 3, -1)
     vehicle.run(0.1)
     assert vehicle.topics.position_setpoint_triplet.current.cruising_speed == -1.0
     vehicle.reposition(90.0, 0.0, 10.0)
