@@ -146,11 +146,12 @@ def test_links_out_of_the_folder_are_neither_listed_nor_erased(root: Path, tmp_p
     assert request_list(peer) == []
 
 
-def test_messages_to_others_do_nothing(root: Path) -> None:
+def test_messages_to_others_are_obeyed_too(root: Path) -> None:
+    """MavlinkLogHandler does not look at targets."""
     peer = Peer(root=root)
-    assert not only(peer.send(mavlink.MAVLink_log_request_list_message(2, 1, 0, ALL)), "LOG_ENTRY")
+    assert only(peer.send(mavlink.MAVLink_log_request_list_message(2, 1, 0, ALL)), "LOG_ENTRY")
     peer.send(erase(2))
-    assert len(request_list(peer)) == 3
+    assert all(entry.num_logs == 0 for entry in request_list(peer))
 
 
 # --- both halves -----------------------------------------------------------------------------------------------
