@@ -1,23 +1,19 @@
 """OFFBOARD with position, velocity or acceleration: the setpoint of the link goes to the position controller as it is.
 
 As in PX4 v1.18, where MAVLink writes trajectory_setpoint itself and mc_pos_control derives the wish to take off from a
-setpoint above the vehicle. A goto_setpoint becomes one by `goto_control.py`. Attitude and rate setpoints don't pass
-here: the controllers take them from the topic.
+setpoint above the vehicle, in the step in which it is new: on the ground it keeps none (MulticopterPositionControl::
+Run). A goto_setpoint becomes one by `goto_control.py`. Attitude and rate setpoints don't pass here: the controllers
+take them from the topic.
 
 A setpoint counts from the first that comes in the mode: MAVLink passes no earlier one on. Until then the controller
 goes on with what it flew before.
 """
-
-from typing import Final
 
 from sitl_emu.autopilot.commander.control_mode import is_of_mode
 from sitl_emu.autopilot.modes.flight_task import Setpoint
 from sitl_emu.autopilot.modes.goto_control import GotoControl
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, TrajectorySetpoint, VehicleConstraints
-
-TAKES_OFF_WITHIN_US: Final = 1_000_000
-"""An older setpoint lifts nobody off (MulticopterPositionControl::Run)."""
 
 
 class Offboard:
@@ -27,6 +23,8 @@ class Offboard:
         self._topics = topics
         self._parameters = parameters
         self._goto = GotoControl(parameters)
+        self._told = TrajectorySetpoint()
+        """The last that went to the controller."""
         self.refresh()
 
     def refresh(self) -> None:
@@ -48,11 +46,12 @@ class Offboard:
         else:
             self._goto.stop()
         if setpoint is None or not (goto is not None or is_of_mode(setpoint.timestamp, topics.vehicle_status)):
-            setpoint = topics.trajectory_setpoint
+            setpoint = self._told = topics.trajectory_setpoint
         rises = (
             setpoint.position[2] < topics.vehicle_local_position.z
             or setpoint.velocity[2] < 0.0
             or setpoint.acceleration[2] < 0.0
         )
-        want_takeoff = rises and topics.vehicle_status.armed and now_us < setpoint.timestamp + TAKES_OFF_WITHIN_US
+        want_takeoff = rises and topics.vehicle_status.armed and setpoint is not self._told
+        self._told = setpoint
         return setpoint, VehicleConstraints(self._speed_up, self._speed_down, want_takeoff)
