@@ -136,8 +136,9 @@ class CollisionPrevention:
             if now_us - measured_us > TIMEOUT_US:
                 self._distances[index] = UNKNOWN
         topics.obstacle_distance_fused = ObstacleDistance(
-            now_us, FRAME_BODY_FRD, tuple(self._distances), float(BIN_DEG), self._nearest_cm, max(self._ranges)
-        )
+            self._heard_us, FRAME_BODY_FRD, tuple(self._distances), float(BIN_DEG), self._nearest_cm, max(self._ranges),
+            told_us=now_us,
+        )  # fmt: skip
 
     def _add_obstacles(self, obstacles: ObstacleDistance) -> None:
         """Each distance in all directions that its angle touches (_addObstacleSensorData)."""

@@ -73,7 +73,7 @@ class VehicleOpticalFlow(NamedTuple):
 
 
 class ObstacleDistance(NamedTuple):
-    """OBSTACLE_DISTANCE: cm (65535 unknown), degrees; frame is a MAV_FRAME."""
+    """OBSTACLE_DISTANCE: cm (65535 unknown), degrees; frame is a MAV_FRAME; timestamp: of the newest measurement."""
 
     timestamp: int = 0
     frame: int = 0
@@ -82,6 +82,8 @@ class ObstacleDistance(NamedTuple):
     min_distance: int = 0
     max_distance: int = 0
     angle_offset: float = 0.0
+    told_us: int = 0
+    """When collision prevention told what it knows, whether it is new or not; 0: never."""
 
 
 class LandingTargetPose(NamedTuple):

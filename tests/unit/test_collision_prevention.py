@@ -54,6 +54,16 @@ def test_it_flies_into_it_where_prevention_is_off() -> None:
     assert follower.topics.vehicle_local_position.x > 50.0
 
 
+def test_what_it_knows_is_told_with_the_time_of_the_last_data() -> None:
+    """CollisionPrevention::_updateObstacleMap publishes it all the same."""
+    follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0)
+    fly_at_wall(follower, 40.0, 1.0)
+    last_us = follower.topics.obstacle_distance.timestamp
+    follower.fly(2.0)
+    told = follower.topics.obstacle_distance_fused
+    assert (told.timestamp, told.told_us) == (last_us, follower.now_us) and set(told.distances) == {65535}
+
+
 def test_without_data_it_does_not_move() -> None:
     follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0)
     follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, pitch=1.0)

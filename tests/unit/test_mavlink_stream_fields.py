@@ -64,9 +64,11 @@ def test_what_sensors_of_others_gave_is_told() -> None:
     peer.topics.landing_target_pose = known
     target = only(peer.send(command_long(REQUEST_MESSAGE, 149)), "LANDING_TARGET")[0]
     assert (target.x, target.y, target.z, target.position_valid) == (3.0, 0.0, 3.0, 1)
-    peer.topics.obstacle_distance_fused = ObstacleDistance(1_000, 12, (65535,) * 71 + (500,), 5.0, 20, 1200)
+    peer.topics.obstacle_distance_fused = ObstacleDistance(
+        1_000, 12, (65535,) * 71 + (500,), 5.0, 20, 1200, told_us=5_000
+    )
     around = only(peer.send(command_long(REQUEST_MESSAGE, 330)), "OBSTACLE_DISTANCE")[0]
-    assert (around.distances[71], around.increment_f, around.frame) == (500, 5.0, 12)
+    assert (around.time_usec, around.distances[71], around.increment_f, around.frame) == (1_000, 500, 5.0, 12)
     assert (around.min_distance, around.max_distance) == (20, 1200)
 
 

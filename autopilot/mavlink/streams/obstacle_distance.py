@@ -12,13 +12,13 @@ LASER: Final = 0
 
 def stamp(now_us: int, context: Context) -> int:
     """Once per map."""
-    return context.topics.obstacle_distance_fused.timestamp
+    return context.topics.obstacle_distance_fused.told_us
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
     """cm, 65535 unknown, in 72 directions of the body; nothing while collision prevention is not at work."""
     known = context.topics.obstacle_distance_fused
-    if not known.timestamp:
+    if not known.told_us:
         return None
     limits = (known.min_distance, known.max_distance)
     angles = (known.increment, known.angle_offset, known.frame)
