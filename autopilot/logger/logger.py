@@ -378,7 +378,8 @@ class Logger:
             for each, record in pairs:
                 if record is not each.last:
                     each.last = record
-                    each.pending.append(record)
+                    if record.timestamp:  # else nobody has written it yet
+                        each.pending.append(record)
         if now_us >= self._flush_us:
             self._now_us = now_us
             self._flush_us = now_us + (SYNC_US if self.stream is None else STREAM_US)

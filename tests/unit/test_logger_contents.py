@@ -26,6 +26,7 @@ from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     ActuatorOutputs,
+    HoverThrustEstimate,
     InputRc,
     MissionResult,
     OffboardSetpoint,
@@ -248,6 +249,18 @@ def test_what_nobody_has_written_is_not_logged(tmp_path: Path) -> None:
     logged = {dataset.name for dataset in rig.read(FIRST).data_list if len(dataset.data["timestamp"])}
     assert "sensor_combined" in logged
     assert not logged & {"vehicle_attitude", "vehicle_local_position", "battery_status", "position_setpoint_triplet"}
+
+
+def test_what_its_writer_has_not_told_yet_is_not_logged(tmp_path: Path) -> None:
+    """MulticopterHoverThrustEstimator::publishInvalidStatus: only what was valid before."""
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(1.0)
+    rig.topics.hover_thrust_estimate = HoverThrustEstimate()
+    rig.run(1.0)
+    rig.topics.hover_thrust_estimate = HoverThrustEstimate(rig.now_us, 0.5, True)
+    rig.run(1.0)
+    rig.logger.shut_down()
+    assert len(rig.read(FIRST).get_dataset("hover_thrust_estimate").data["timestamp"]) == 1
 
 
 def test_a_region_of_interest_is_logged_once_there_is_one(tmp_path: Path) -> None:
