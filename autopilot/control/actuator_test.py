@@ -7,7 +7,7 @@ at once; a new test puts the end of all off, which comes by its time-out. What n
 import math
 from collections.abc import Callable, Sequence
 
-from sitl_emu.autopilot.control.mixer import output
+from sitl_emu.autopilot.control.mixer import output, turns_both_ways
 from sitl_emu.autopilot.topics import ActuatorTest, Topics
 
 
@@ -46,9 +46,10 @@ class ActuatorTests:
         self._values.clear()
         self._seen = self._topics.actuator_test
 
-    def outputs(self, function: int, curve: Callable[[float], float]) -> tuple[float, float]:
+    def outputs(self, function: int, curve: Callable[[float], float], reversible_flags: int = 0) -> tuple[float, float]:
         """What an output of this function carries, as HIL_ACTUATOR_CONTROLS and as SERVO_OUTPUT_RAW has it.
 
-        Motors 0..1, servos -1..1. `curve` makes a motor's signal of a thrust.
+        Motors 0..1, servos and motors that turn both ways -1..1. `curve` makes a motor's signal of a thrust.
         """
-        return output(function, self._values.get(function, math.nan), curve, reversible=False)
+        reversible = turns_both_ways(function, reversible_flags)
+        return output(function, self._values.get(function, math.nan), curve, reversible=reversible)

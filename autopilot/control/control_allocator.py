@@ -2,10 +2,11 @@
 
 PX4's control_allocator for CA_AIRFRAME 0 (src/modules/control_allocator, v1.18): effectiveness by the rotors' geometry
 (CA_ROTORn_*), pseudo-inverse, normalised as PX4 does, then sequential desaturation: thrust gives way first, then roll
-and pitch, and yaw keeps what is left. With MC_AIRMODE thrust may also get more, so that roll and pitch (1), and yaw as
-well (2), turn the vehicle at no throttle as they do in hover. THR_MDL_FAC turns thrust into motor signal. The matrix is
-worked out by numpy once; a tick is plain Python. A motor with CA_Rn_SLEW takes so many seconds from end to end. Tilting
-rotors and a matrix without a motor that failed are left out.
+and pitch, and yaw keeps what is left; with CA_METHOD 0 each motor ends at its limit instead. With MC_AIRMODE thrust may
+also get more, so that roll and pitch (1), and yaw as well (2), turn the vehicle at no throttle as they do in hover.
+THR_MDL_FAC turns thrust into motor signal. The matrix is worked out by numpy once; a tick is plain Python. A motor with
+CA_Rn_SLEW takes so many seconds from end to end, one with its bit of CA_R_REV turns backwards, too. Tilting rotors and
+a matrix without a motor that failed are left out.
 """
 
 import math
@@ -100,10 +101,21 @@ class ControlAllocator:
     along body z, and `thrusts` what it asked of each motor: 0..1."""
 
     def __init__(
-        self, rotors: list[Rotor], thrust_model_factor: float, air_mode: int = 0, slew_s: tuple[float, ...] = ()
+        self,
+        rotors: list[Rotor],
+        thrust_model_factor: float,
+        air_mode: int = 0,
+        slew_s: tuple[float, ...] = (),
+        reversible_flags: int = 0,
+        *,
+        desaturates: bool = True,
     ) -> None:
         """`thrust_model_factor`: THR_MDL_FAC, share of the thrust that goes with the square of the signal; `slew_s`:
-        CA_Rn_SLEW of each motor, 0 for as quick as it gets."""
+        CA_Rn_SLEW of each motor, 0 for as quick as it gets; `reversible_flags`: CA_R_REV; `desaturates`: CA_METHOD."""
+        self._desaturates = desaturates
+        self._backwards = reversible_flags & (1 << len(rotors)) - 1 != 0
+        self._ends = [(-1.0 if reversible_flags >> n & 1 else 0.0, 1.0) for n in range(len(rotors))]
+        self._ends_with_yaw = [(least, most + YAW_MARGIN * (most - least)) for least, most in self._ends]
         self._slew_s = slew_s if any(each > FLOAT_EPSILON for each in slew_s) else ()
         self._air_mode = air_mode
         self._roll, self._pitch, self._yaw, self._thrust = mixer(rotors)
@@ -116,15 +128,18 @@ class ControlAllocator:
         self.thrusts: list[float] = []
 
     def allocate(self, roll: float, pitch: float, yaw: float, thrust_z: float, dt_s: float = 0.0) -> tuple[float, ...]:
-        """Motor signals 0..1 for torques and thrust along body z (negative is up), `dt_s` after the last."""
+        """Motor signals for torques and thrust along body z (negative is up), `dt_s` after the last: 0..1, or -1..1 of
+        those that turn both ways."""
         if not self._rows:
             return ()
         motors = [r * roll + p * pitch + y * yaw + t * thrust_z for r, p, y, t in self._rows]
         # Neither with nor without yaw may a motor leave its range: else there is something to give up.
         reach = abs(yaw) * self._yaw_most
         if min(motors) < reach or max(motors) > 1.0 - reach:
-            level = [r * roll + p * pitch + t * thrust_z for r, p, _, t in self._rows]
-            motors = self._desaturated(level, yaw)
+            if self._desaturates:
+                level = [r * roll + p * pitch + t * thrust_z for r, p, _, t in self._rows]
+                motors = self._desaturated(level, yaw)
+            motors = self._clipped(motors)
             self._note_missing(motors, roll, pitch, yaw, thrust_z)
         else:
             self.unallocated, self.unallocated_thrust = NOTHING, 0.0
@@ -133,6 +148,8 @@ class ControlAllocator:
             self._note_missing(motors, roll, pitch, yaw, thrust_z)
         self.thrusts = motors
         factor = self._factor
+        if self._backwards:
+            return tuple([math.copysign(self.signal(abs(m)), m) for m in motors])
         if factor == 1.0:
             return tuple([math.sqrt(m) if m > 0.0 else 0.0 for m in motors])
         if factor == 0.0:
@@ -157,26 +174,30 @@ class ControlAllocator:
         for index, motor in enumerate(motors):
             slew_s = self._slew_s[index]
             if slew_s > FLOAT_EPSILON:
-                before, step = self.thrusts[index] if self.thrusts else 0.0, dt_s / slew_s
+                least, most = self._ends[index]
+                before, step = self.thrusts[index] if self.thrusts else 0.0, dt_s * (most - least) / slew_s
                 motor = max(before - step, min(before + step, motor))
             slewed.append(motor)
         return slewed
 
     def _desaturated(self, level: list[float], yaw: float) -> list[float]:
         """`level`: motors without yaw (mixAirmodeDisabled, mixAirmodeRP, mixAirmodeRPY)."""
+        ends = self._ends
         if self._air_mode == ROLL_PITCH_YAW:
             motors = [m + y * yaw for m, y in zip(level, self._yaw, strict=True)]
-            motors = desaturate(motors, self._thrust, 1.0)
-            motors = desaturate(motors, self._yaw, 1.0)
-            return [min(1.0, max(0.0, m)) for m in motors]
-        motors = desaturate(level, self._thrust, 1.0, reduce_only=self._air_mode != ROLL_PITCH)
+            motors = desaturate(motors, self._thrust, ends)
+            return desaturate(motors, self._yaw, ends)
+        motors = desaturate(level, self._thrust, ends, reduce_only=self._air_mode != ROLL_PITCH)
         if self._air_mode != ROLL_PITCH:
-            motors = desaturate(motors, self._roll, 1.0)
-            motors = desaturate(motors, self._pitch, 1.0)
+            motors = desaturate(motors, self._roll, ends)
+            motors = desaturate(motors, self._pitch, ends)
         motors = [m + y * yaw for m, y in zip(motors, self._yaw, strict=True)]
-        motors = desaturate(motors, self._yaw, 1.0 + YAW_MARGIN)
-        motors = desaturate(motors, self._thrust, 1.0, reduce_only=True)
-        return [min(1.0, max(0.0, m)) for m in motors]
+        motors = desaturate(motors, self._yaw, self._ends_with_yaw)
+        return desaturate(motors, self._thrust, ends, reduce_only=True)
+
+    def _clipped(self, motors: list[float]) -> list[float]:
+        """Each within its ends."""
+        return [min(most, max(least, m)) for m, (least, most) in zip(motors, self._ends, strict=True)]
 
     def _note_missing(self, motors: list[float], *asked: float) -> None:
         """What was asked for, less what these motors give."""
@@ -187,36 +208,38 @@ class ControlAllocator:
         self.unallocated, self.unallocated_thrust = (missing[0], missing[1], missing[2]), missing[3]
 
 
-def saturation(motors: list[float]) -> tuple[int, ...]:
+def saturation(motors: list[float], reversible_flags: int = 0) -> tuple[int, ...]:
     """actuator_saturation of all; who is not there has both ends at 0, and PX4 looks at the upper first. NaN is off."""
     found = [AT_UPPER_END] * ACTUATORS
     for index, motor in enumerate(motors[:ACTUATORS]):
-        upper = motor > 1.0 - FLOAT_EPSILON
-        found[index] = AT_UPPER_END if upper else AT_LOWER_END if motor < FLOAT_EPSILON else 0
+        upper, least = motor > 1.0 - FLOAT_EPSILON, -1.0 if reversible_flags >> index & 1 else 0.0
+        found[index] = AT_UPPER_END if upper else AT_LOWER_END if motor < least + FLOAT_EPSILON else 0
     return tuple(found)
 
 
-def desaturate(motors: list[float], vector: list[float], most: float, reduce_only: bool = False) -> list[float]:
-    """Add so much of `vector` that as many motors as possible come back into 0..`most`.
+def desaturate(
+    motors: list[float], vector: list[float], ends: list[tuple[float, float]], reduce_only: bool = False
+) -> list[float]:
+    """Add so much of `vector` that as many motors as possible come back within their `ends`.
 
     Twice, as PX4 does: the whole gain, then half of what the other end asks back. `reduce_only`: thrust may only
     get less.
     """
-    gain = _gain(motors, vector, most)
+    gain = _gain(motors, vector, ends)
     if reduce_only and gain < 0.0:
         return motors
     motors = [m + gain * v for m, v in zip(motors, vector, strict=True)]
-    gain = 0.5 * _gain(motors, vector, most)
+    gain = 0.5 * _gain(motors, vector, ends)
     return [m + gain * v for m, v in zip(motors, vector, strict=True)]
 
 
-def _gain(motors: list[float], vector: list[float], most: float) -> float:
+def _gain(motors: list[float], vector: list[float], ends: list[tuple[float, float]]) -> float:
     lowest = highest = 0.0
-    for m, v in zip(motors, vector, strict=True):
+    for m, v, (least, most) in zip(motors, vector, ends, strict=True):
         if -WEAK < v < WEAK:
             continue
-        if m < 0.0:
-            k = -m / v
+        if m < least:
+            k = (least - m) / v
         elif m > most:
             k = (most - m) / v
         else:

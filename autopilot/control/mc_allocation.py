@@ -17,6 +17,8 @@ from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
 from sitl_emu.autopilot.control.actuator_test import ActuatorTests
 from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
 from sitl_emu.autopilot.control.mixer import (
+    CENTRED_PWM,
+    CENTRED_PWM_RANGE,
     FIRST_MOTOR,
     MOTOR_PWM_MIN,
     MOTOR_PWM_RANGE,
@@ -26,6 +28,7 @@ from sitl_emu.autopilot.control.mixer import (
     is_motor,
     is_servo,
     mirrored,
+    turns_both_ways,
 )
 from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
 from sitl_emu.autopilot.parameters import Parameters
@@ -39,6 +42,8 @@ from sitl_emu.autopilot.topics import (
     Vector3,
 )
 
+PSEUDO_INVERSE: Final = 0
+"""CA_METHOD; Automatic is sequential desaturation for a multicopter (getDesiredAllocationMethod)."""
 LEAST_DT_S: Final = 0.0002
 MOST_DT_S: Final = 0.02
 """ControlAllocator::Run takes no other time to have passed."""
@@ -66,7 +71,9 @@ class MulticopterAllocation:
         slew_s = tuple(float(parameters[f"CA_R{n}_SLEW"]) for n in range(count))
         factor, air_mode = float(parameters["THR_MDL_FAC"]), int(parameters["MC_AIRMODE"])
         turning = self._allocator.thrusts
-        self._allocator = ControlAllocator(rotors, factor, air_mode, slew_s)
+        desaturates = int(parameters["CA_METHOD"]) != PSEUDO_INVERSE
+        self._reversible_flags = flags = int(parameters["CA_R_REV"]) & (1 << count) - 1
+        self._allocator = ControlAllocator(rotors, factor, air_mode, slew_s, flags, desaturates=desaturates)
         if len(turning) == count:
             self._allocator.thrusts = turning
         functions = [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)]
@@ -125,6 +132,8 @@ class MulticopterAllocation:
         pwm = topics.actuator_outputs.pwm
         if told or self._reversed:
             pwm = tuple([MOTOR_PWM_MIN + MOTOR_PWM_RANGE * value for value in controls])
+            if self._reversible_flags:
+                pwm = self._centred(controls, pwm)
             if self._outputs_off:
                 pwm = tuple([PWM_DISARMED if n in self._outputs_off else pulse for n, pulse in enumerate(pwm)])
         if status_told:
@@ -137,6 +146,17 @@ class MulticopterAllocation:
             outputs = with_peripherals(topics, self._functions, outputs)
         topics.actuator_outputs = self._mirrored(outputs) if self._reversed else outputs
 
+    def _centred(self, controls: tuple[float, ...], pwm: tuple[float, ...]) -> tuple[float, ...]:
+        """The pulses, those of motors that turn both ways about the middle (FunctionMotors::updateValues)."""
+        flags = self._reversible_flags
+        both_ways = [turns_both_ways(function, flags) for function in self._functions]
+        return tuple(
+            [
+                CENTRED_PWM + CENTRED_PWM_RANGE * value if centred else pulse
+                for value, pulse, centred in zip(controls, pwm, both_ways, strict=True)
+            ]
+        )
+
     def _status(self, now_us: int) -> ControlAllocatorStatus:
         x, y, z = torque = self.unallocated
         thrust = self.unallocated_thrust
@@ -147,7 +167,7 @@ class MulticopterAllocation:
             NAN3 if self._motors_off else (0.0, 0.0, thrust),
             x * x + y * y + z * z < ACHIEVED,
             thrust * thrust < ACHIEVED,
-            saturation(thrusts),
+            saturation(thrusts, self._reversible_flags),
             0,
             self._stop_mask,
             self.group_test.test is not None,
@@ -185,12 +205,15 @@ class MulticopterAllocation:
         if ended or held:
             self._topics.actuator_outputs = ActuatorOutputs(now_us, self._stopped, self._stopped_pwm, test_mode=True)
             return
-        outputs = [self._tests.outputs(function, self._allocator.signal) for function in self._functions]
+        outputs = [
+            self._tests.outputs(function, self._allocator.signal, self._reversible_flags)
+            for function in self._functions
+        ]
         controls, pwm = zip(*outputs, strict=True)
         self._topics.actuator_outputs = self._mirrored(ActuatorOutputs(now_us, controls, pwm, test_mode=True))
 
     def _mirrored(self, outputs: ActuatorOutputs) -> ActuatorOutputs:
-        return mirrored(outputs, self._functions, self._reversed, reversible=False)
+        return mirrored(outputs, self._functions, self._reversed, reversible_flags=self._reversible_flags)
 
 
 def output_channels(functions: list[int]) -> list[int]:

@@ -70,7 +70,7 @@ def direct_outputs(
     def one(function: int) -> tuple[float, float]:
         if is_motor(function):
             number = function - FIRST_MOTOR
-            reversible = bool(told.motors.reversible_flags >> number & 1)
+            reversible = turns_both_ways(function, told.motors.reversible_flags)
             return output(function, _at(told.motors.control, number), curve, reversible=reversible)
         place = _at(told.servos.control, function - FIRST_SERVO) if is_servo(function) else math.nan
         return output(function, place, curve, reversible=False)
@@ -79,7 +79,14 @@ def direct_outputs(
     return ActuatorOutputs(now_us, tuple(control for control, _ in outputs), tuple(pwm for _, pwm in outputs))
 
 
-def mirrored(outputs: ActuatorOutputs, functions: Sequence[int], mask: int, *, reversible: bool) -> ActuatorOutputs:
+def turns_both_ways(function: int, reversible_flags: int) -> bool:
+    """Whether an output of this function carries a motor that has its bit (CA_R_REV) in the flags."""
+    return is_motor(function) and bool(reversible_flags >> function - FIRST_MOTOR & 1)
+
+
+def mirrored(
+    outputs: ActuatorOutputs, functions: Sequence[int], mask: int, *, reversible_flags: int
+) -> ActuatorOutputs:
     """With those outputs turned round that PWM_MAIN_REV has a bit for (MixingOutput::output_limit_calc_single).
 
     What stands at its disarmed value stays there; a motor that turns one way alone turns the faster the less is asked.
@@ -90,7 +97,7 @@ def mirrored(outputs: ActuatorOutputs, functions: Sequence[int], mask: int, *, r
     for place, function in enumerate(functions[: len(pwm)]):
         if mask >> place & 1 and pwm[place] != PWM_DISARMED:
             pwm[place] = 2 * CENTRED_PWM - pwm[place]
-            one_way = is_motor(function) and not reversible
+            one_way = is_motor(function) and not turns_both_ways(function, reversible_flags)
             controls[place] = 1.0 - controls[place] if one_way else -controls[place]
     return outputs._replace(controls=tuple(controls), pwm=tuple(pwm))
 

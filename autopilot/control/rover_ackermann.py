@@ -247,7 +247,7 @@ class RoverAckermannControl:
         self._topics.actuator_outputs = self._mirrored(outputs)
 
     def _mirrored(self, outputs: ActuatorOutputs) -> ActuatorOutputs:
-        return mirrored(outputs, self._functions, self._reversed, reversible=self._parameters.reversible)
+        return mirrored(outputs, self._functions, self._reversed, reversible_flags=int(self._parameters.reversible))
 
     def _output(self, function: int, value: float) -> tuple[float, float]:
         """Control and pulse; a motor that can't turn backwards has all its pulses for the one way (CA_R_REV)."""

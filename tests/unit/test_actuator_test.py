@@ -106,6 +106,21 @@ def test_a_reversed_output_is_tried_out_reversed() -> None:
         assert topics.actuator_outputs.pwm[:2] == (1400, 1600)
 
 
+def test_a_motor_that_turns_both_ways_stands_still_in_the_middle_of_its_pulses() -> None:
+    """FunctionMotors::updateValues; tried out, too (ActuatorTest::update)."""
+    airframe = {**vehicles.load("sihsim_hex").airframe, "CA_R_REV": 0b10}
+    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, airframe)
+    allocation = MulticopterAllocation(topics, parameters)
+    topics.actuator_test = ActuatorTest(1, 102, -0.16, 1_000_000)
+    allocation.allocate(4000, (0.0, 0.0, 0.0), 0.0, told=True, status_told=False)
+    assert topics.actuator_outputs.controls[1] == pytest.approx(-0.4)
+    assert topics.actuator_outputs.pwm[:2] == pytest.approx((900.0, 1300.0))
+    topics.actuator_armed = ActuatorArmed(armed=True)
+    allocation.allocate(8000, (0.0, 0.0, 0.0), -0.16, told=True, status_told=False)
+    assert topics.actuator_outputs.controls[:2] == pytest.approx((0.4, 0.4))
+    assert topics.actuator_outputs.pwm[:2] == pytest.approx((1400.0, 1700.0))
+
+
 def test_no_longer_than_three_seconds_and_px4_s_own_numbers(hexacopter: Bench) -> None:
     assert hexacopter.test(1.0, 60.0, 1106) == ACCEPTED
     hexacopter.run(2.9)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl_emu.autopilot.constants import TakeoffState
-from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, desaturate, mixer
+from sitl_emu.autopilot.control.control_allocator import ControlAllocator, Rotor, desaturate, mixer, saturation
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from sitl_emu.autopilot.control.mc_allocation import output_channels
 from sitl_emu.autopilot.control.mc_att_control import AttitudeReference, rates_setpoint
@@ -142,8 +142,31 @@ def test_in_airmode_thrust_gives_way_at_full_throttle_all_the_same() -> None:
 
 def test_a_motor_that_does_little_along_an_axis_brings_nobody_back_by_it() -> None:
     """ControlAllocationSequentialDesaturation::computeDesaturationGain."""
-    assert desaturate([1.3, 0.5], [0.19, 1.0], 1.0) == [1.3, 0.5]
-    assert desaturate([1.3, 0.5], [0.2, 1.0], 1.0) != [1.3, 0.5]
+    ends = [(0.0, 1.0)] * 2
+    assert desaturate([1.3, 0.5], [0.19, 1.0], ends) == [1.3, 0.5]
+    assert desaturate([1.3, 0.5], [0.2, 1.0], ends) != [1.3, 0.5]
+
+
+def test_with_the_pseudo_inverse_alone_each_motor_ends_at_its_limit() -> None:
+    """CA_METHOD 0 (ControlAllocationPseudoInverse): mixed, then cut off, and thrust does not give way."""
+    allocator = ControlAllocator(HEXA, 0.0, desaturates=False)
+    roll = mixer(HEXA)[0]
+    motors = allocator.allocate(0.2, 0.0, 0.0, -1.0)
+    assert motors == pytest.approx([min(1.0, 1.0 + 0.2 * share) for share in roll])
+    assert allocator.unallocated[0] > 0.05 and allocator.unallocated_thrust < -0.05
+
+
+def test_motors_that_turn_both_ways_do() -> None:
+    """CA_R_REV: ControlAllocator::update_effectiveness_matrix_if_needed gives them -1 as their least."""
+    both_ways = ControlAllocator(HEXA, 1.0, reversible_flags=0b111111)
+    motors = both_ways.allocate(0.2, 0.0, 0.0, 0.0)
+    assert motors == pytest.approx([math.copysign(math.sqrt(abs(0.2 * share)), share) for share in mixer(HEXA)[0]])
+    assert both_ways.unallocated == (0.0, 0.0, 0.0)
+    assert saturation([-0.5, 0.0, -1.0, 0.0], 0b0111)[:4] == (0, 0, -2, -2)
+    one = ControlAllocator(HEXA, 0.0, 0, (2.0,) * 6, 0b1)
+    assert one.allocate(0.0, 0.0, 0.0, -0.5, 0.1)[:2] == pytest.approx((0.1, 0.05)), "it has twice as far to go"
+    with_one = ControlAllocator(HEXA, 0.0, reversible_flags=0b1).allocate(0.5, 0.5, 0.5, 0.5)
+    assert -1.0 <= min(with_one) < 0.0 and min(with_one[1:]) == 0.0
 
 
 def test_a_motor_with_a_slew_rate_takes_its_time() -> None:

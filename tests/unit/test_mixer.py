@@ -47,8 +47,8 @@ def test_outputs_are_turned_round_by_pwm_main_rev() -> None:
     """A servo, a motor that turns one way, one that is off, and a motor that turns both ways."""
     outputs = ActuatorOutputs(7, (0.5, 0.25, 0.0, 0.5), (1750, 1250, 900, 1750))
     functions = [SERVO, MOTOR, MOTOR + 1, 0]
-    turned = mirrored(outputs, functions, 0b0111, reversible=False)
+    turned = mirrored(outputs, functions, 0b0111, reversible_flags=0)
     assert (turned.controls, turned.pwm) == ((-0.5, 0.75, 0.0, 0.5), (1250, 1750, 900, 1750))
-    both_ways = mirrored(outputs, [SERVO, SERVO, SERVO, MOTOR], 0b1000, reversible=True)
+    both_ways = mirrored(outputs, [SERVO, SERVO, SERVO, MOTOR], 0b1000, reversible_flags=1)
     assert (both_ways.controls[3], both_ways.pwm[3]) == (-0.5, 1250)
-    assert mirrored(outputs, functions, 0, reversible=False) is outputs
+    assert mirrored(outputs, functions, 0, reversible_flags=0) is outputs
