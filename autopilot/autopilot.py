@@ -102,7 +102,7 @@ class Autopilot:
         )
         sees_targets = "vision_target_estimator" in traits.modules
         self.vision_target_estimator = VisionTargetEstimator(*shared) if sees_targets else None
-        self.flight_modes = FlightModes(*shared, self.texts.of("flight_mode_manager"), self.texts.events.send)
+        self.flight_modes = FlightModes(*shared, self.texts)
         self._runs_flight_modes = "flight_mode_manager" in traits.modules
         self.control = CONTROLS[kind](*shared, self.texts)
         self.payload_deliverer = PayloadDeliverer(*shared)

@@ -31,6 +31,7 @@ from sitl_emu.autopilot.commands.table import (
     items_where,
 )
 from sitl_emu.autopilot.control import multicopter, rover_ackermann
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, STICKS_TO_THRUST
 from sitl_emu.autopilot.mavlink import rates, services, streams
 from sitl_emu.autopilot.modes.flight_modes import FlightModes
@@ -201,7 +202,7 @@ def _modes() -> Iterator[str]:
         "Every mode of PX4 has its name and number; these are flown. In another, a multicopter has no setpoint and "
         "descends, a rover goes on with what it had; termination stops the motors."
     )
-    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER), lambda *_: None, lambda *_: None).tasks
+    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER), Texts()).tasks
     rows = []
     for state, mode in FLIGHT_MODES.items():
         flown = [

@@ -10,7 +10,8 @@ from typing import ClassVar, Final, NamedTuple
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_IN_PROGRESS, CommandResult, answer_later, nearest
-from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.constants import NavState, Severity
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
@@ -18,10 +19,11 @@ from sitl_emu.core import dialect as mavlink
 ROLL: Final = 0
 PITCH: Final = 1
 YAW: Final = 2
+COLLECTIVE_TILT: Final = 3
 X_THRUST: Final = 4
 Y_THRUST: Final = 5
 Z_THRUST: Final = 6
-"""ACTUATOR_TEST_GROUP; 3, the tilt of all rotors, is a tiltrotor's alone."""
+"""ACTUATOR_TEST_GROUP; the tilt of all rotors is a tiltrotor's alone."""
 TORQUES, THRUSTS = (ROLL, PITCH, YAW), (X_THRUST, Y_THRUST, Z_THRUST)
 LASTS_US: Final = 500_000
 PREARMED_ALWAYS: Final = 2
@@ -45,17 +47,22 @@ class ActuatorGroupTest:
 
     COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.ACTUATOR_GROUP_TEST)
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
-        self._topics, self._parameters = topics, parameters
+    def __init__(self, topics: Topics, parameters: Parameters, texts: Texts) -> None:
+        """`texts`: what goes into the log."""
+        self._topics, self._parameters, self._texts = topics, parameters, texts
         self.test: Test | None = None
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         """param1: the group, param2: how much."""
         group = nearest(command.param1) & 0xFF
         if group not in TORQUES and group not in THRUSTS:
-            return CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
-        if not self._may_run(now_us, group):
-            return CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+            reason = "not a tiltrotor" if group == COLLECTIVE_TILT else "unknown actuator group"
+            return self._rejected(reason, mavlink.MAV_RESULT_UNSUPPORTED)
+        if not self._is_ready(now_us, group):
+            reason = "thrust test requires armed" if group in THRUSTS else "not (pre)armed"
+            return self._rejected(reason, mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+        if not self._topics.vehicle_land_detected.landed:
+            return self._rejected("not landed", mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         before = self.test
         value = max(-1.0, min(1.0, command.param2)) if math.isfinite(command.param2) else 0.0
         self.test = Test(group, value, now_us + LASTS_US, self._topics.vehicle_status.nav_state, command)
@@ -66,12 +73,20 @@ class ActuatorGroupTest:
         answer_later(self._topics, command, begins)
         return None
 
+    def _rejected(self, reason: str, result: int) -> CommandResult:
+        """Its reason is for the log alone (handleCommand)."""
+        line = f"[control_allocator] Actuator group preflight check rejected ({reason})"
+        self._texts.note(Severity.WARNING, line)
+        return CommandResult(result)
+
     def update(self, now_us: int) -> None:
         """End the test, by time or because it may not go on."""
         test = self.test
         if test is None:
             return
-        if not self._may_run(now_us, test.group) or self._topics.vehicle_status.nav_state != test.nav_state:
+        topics = self._topics
+        goes_on = self._is_ready(now_us, test.group) and topics.vehicle_land_detected.landed
+        if not goes_on or topics.vehicle_status.nav_state != test.nav_state:
             result = CANCELLED
         elif now_us >= test.until_us:
             result = CommandResult(mavlink.MAV_RESULT_ACCEPTED)
@@ -93,10 +108,8 @@ class ActuatorGroupTest:
             return roll, pitch, value, thrust
         return roll, pitch, yaw, value if group == Z_THRUST else thrust
 
-    def _may_run(self, now_us: int, group: int) -> bool:
-        topics = self._topics
-        ready = topics.actuator_armed.armed
-        if group in TORQUES:
-            always = int(self._parameters["COM_PREARM_MODE"]) == PREARMED_ALWAYS
-            ready = ready or (always and now_us > PREARMED_FROM_US)
-        return ready and topics.vehicle_land_detected.landed
+    def _is_ready(self, now_us: int, group: int) -> bool:
+        """Armed, or prearmed where that does."""
+        if self._topics.actuator_armed.armed or group in THRUSTS:
+            return self._topics.actuator_armed.armed
+        return int(self._parameters["COM_PREARM_MODE"]) == PREARMED_ALWAYS and now_us > PREARMED_FROM_US

@@ -44,9 +44,7 @@ class Control(Protocol):
 
 
 CONTROLS: Mapping[VehicleKind, Callable[[Topics, Parameters, Texts], Control]] = {
-    VehicleKind.MULTICOPTER: lambda topics, parameters, texts: MulticopterControl(
-        topics, parameters, texts.of("mc_pos_control")
-    ),
+    VehicleKind.MULTICOPTER: MulticopterControl,
     VehicleKind.ROVER_ACKERMANN: lambda topics, parameters, texts: RoverAckermannControl(
         topics, parameters, texts.events.send
     ),

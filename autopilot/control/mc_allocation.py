@@ -12,7 +12,7 @@ which SIH tells none of.
 import math
 from typing import Final
 
-from sitl_emu.autopilot.constants import MOST_ROTORS
+from sitl_emu.autopilot.constants import MOST_ROTORS, Severity
 from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
 from sitl_emu.autopilot.control.actuator_test import ActuatorTests
 from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
@@ -31,6 +31,7 @@ from sitl_emu.autopilot.control.mixer import (
     turns_both_ways,
 )
 from sitl_emu.autopilot.control.peripherals import carried, last_used, with_peripherals
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     NAN,
@@ -52,10 +53,11 @@ MOST_DT_S: Final = 0.02
 class MulticopterAllocation:
     """Writer of control_allocator_status and actuator_outputs."""
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
-        self._topics, self._parameters = topics, parameters
+    def __init__(self, topics: Topics, parameters: Parameters, texts: Texts) -> None:
+        """`texts`: what goes into the log."""
+        self._topics, self._parameters, self._texts = topics, parameters, texts
         self._tests = ActuatorTests(topics)
-        self.group_test = ActuatorGroupTest(topics, parameters)
+        self.group_test = ActuatorGroupTest(topics, parameters, texts)
         self._allocator = ControlAllocator([], 0.0)
         self._allocated_us = 0
         self._stop_mask = 0
@@ -93,6 +95,7 @@ class MulticopterAllocation:
         mask = self._topics.failure_detector_status.motor_stop_mask
         if self._handles_failures and mask != self._stop_mask:
             self._stop_mask = mask
+            self._texts.note(Severity.WARNING, f"[control_allocator] Stopping motors ({mask})")
             self._note_motors_off()
 
     def _note_motors_off(self) -> None:

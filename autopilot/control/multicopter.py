@@ -15,7 +15,7 @@ import math
 from typing import Final
 
 from sitl_emu.autopilot.commander.control_mode import control_mode, is_of_mode
-from sitl_emu.autopilot.constants import NavState, TakeoffState
+from sitl_emu.autopilot.constants import NavState, Severity, TakeoffState
 from sitl_emu.autopilot.control.control_power import ControlPower
 from sitl_emu.autopilot.control.hover_thrust_estimator import HoverThrustEstimator, HoverThrustParameters
 from sitl_emu.autopilot.control.manual_attitude import ManualAttitude
@@ -38,7 +38,7 @@ from sitl_emu.autopilot.control.mc_rate_control import RateControl
 from sitl_emu.autopilot.control.mc_states import LastSetpoint, VehicleStates, climb_velocity
 from sitl_emu.autopilot.control.takeoff import TakeoffHandling
 from sitl_emu.autopilot.estimator.imu_filter import alpha
-from sitl_emu.autopilot.events.texts import Say
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.flight_mode import NOTHING, ControlMode
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.parameters.subscription_interval import PARAMETER_UPDATE_INTERVAL_US, SubscriptionInterval
@@ -70,6 +70,7 @@ CLEAR_OF_GROUND_M: Final = 1.0
 """Farther from it than so the ground bears nothing (MulticopterHoverThrustEstimator.cpp)."""
 FRESH_THRUST_US: Final = 20_000
 """A thrust older than so tells nothing of the hover thrust (there, too)."""
+WARNS_EVERY_US: Final = 2_000_000
 PWM_EVERY: Final = 5
 STATUS_EVERY: Final = 50
 """Ticks; as often as PX4 logs control_allocator_status."""
@@ -80,9 +81,11 @@ class MulticopterControl:
     vehicle_thrust_setpoint, vehicle_torque_setpoint, rate_ctrl_status, actuator_controls_status (control_power.py) and
     hover_thrust_estimate."""
 
-    def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
-        """`say(severity, text)` tells the ground."""
-        self._topics, self._parameters, self._say = topics, parameters, say
+    def __init__(self, topics: Topics, parameters: Parameters, texts: Texts) -> None:
+        """`texts`: where the modules tell the ground, and the log."""
+        self._topics, self._parameters, self._texts = topics, parameters, texts
+        self._say = texts.of("mc_pos_control")
+        self._warned_us = 0
         self._takeoff = TakeoffHandling()
         self._position = PositionControl()
         self._rate = RateControl()
@@ -107,8 +110,8 @@ class MulticopterControl:
         self._battery_scale = 1.0
         """What thrust and torque are multiplied by."""
         self._vehicle_states, self._setpoint = VehicleStates(parameters), LastSetpoint()
-        self._allocation = MulticopterAllocation(topics, parameters)
-        self.autotune = McAutotune(topics, parameters, say)
+        self._allocation = MulticopterAllocation(topics, parameters, texts)
+        self.autotune = McAutotune(topics, parameters, self._say)
         self.started = (self._allocation.group_test, self.autotune)
         self._refresh()
         self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.version)
@@ -269,6 +272,7 @@ class MulticopterControl:
             setpoint = self._valid
         else:
             setpoint = failsafe_setpoint(states, self._land_speed)
+            self._warn_of_failsafe(now_us, states)
             limits = limits._replace(speed_xy=self._speed_xy, speed_up=self._speed_up, speed_down=self._speed_down)
         if not _has_horizontal(setpoint):
             control.reset_integral_xy()
@@ -282,6 +286,18 @@ class MulticopterControl:
             now_us, x, y, z, vn, ve, vd, control.acceleration_sp, thrust, yaw, yaw_rate
         )
         topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(now_us, q_d, yaw_rate, (0.0, 0.0, -size))
+
+    def _warn_of_failsafe(self, now_us: int, states: States) -> None:
+        """Into the log, from time to time (generateFailsafeSetpoint)."""
+        if now_us - self._warned_us <= WARNS_EVERY_US:
+            return
+        self._warned_us = now_us
+        vn, _, vd = states.velocity
+        lines = ["invalid setpoints", "Failsafe: stop and wait" if vn == vn else "Failsafe: blind land"]
+        if vd != vd:
+            lines.append("Failsafe: blind descent")
+        for line in lines:
+            self._texts.note(Severity.WARNING, f"[mc_pos_control] {line}")
 
     def _update_hover_thrust(self, now_us: int, dt: float, armed: bool) -> None:
         """While it is well clear of the ground; on the ground MPC_THR_HOVER counts."""

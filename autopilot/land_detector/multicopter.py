@@ -2,8 +2,8 @@
 
 It goes ground_contact -> maybe_landed -> landed, each held for a third of a second, or for a whole one where a distance
 to ground was measured before and is not now. Ground contact asks for little thrust, no motion and, until it has landed,
-an order to descend. Limits: LNDMC_Z_VEL_MAX, which is lowered to what landing speeds allow, LNDMC_XY_VEL_MAX,
-LNDMC_ROT_MAX, LNDMC_ALT_GND.
+an order to descend. Limits: LNDMC_Z_VEL_MAX, which is lowered to what landing speeds allow (parameters/corrections.py),
+LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX, LNDMC_ALT_GND.
 """
 
 import math
@@ -24,7 +24,6 @@ LOW_THRUST_SHARE_KNOWN_HOVER: Final = 0.6
 MINIMAL_THRUST_SHARE: Final = 0.1
 """Between MPC_THR_MIN (0) and hover (1), the second where the hover thrust is estimated (_get_ground_contact_state)."""
 MANUAL_THRUST_MARGIN: Final = 0.01
-LANDING_SPEED_MARGIN: Final = 1.2
 DESCENT_SHARE: Final = 1.1
 WIDER_WHEN_LANDED: Final = 2.5
 CLOSE_TO_GROUND_M: Final = 1.0
@@ -50,13 +49,10 @@ class MulticopterLandDetector:
         self._hover_thrust = math.nan
         self._hover_thrust_us = -FRESH_US
         self._knows_hover_thrust = False
-        self._version = -1
 
     def update(self, now_us: int) -> tuple[bool, ...]:
         """landed, maybe_landed, ground_contact, freefall and in_ground_effect, at 50 Hz."""
         topics = self._topics
-        if self._version != self._parameters.version:
-            self._lower_limit()
         armed, local = topics.actuator_armed.armed, topics.vehicle_local_position
         self._measures_distance |= bool(local.dist_bottom_sensor_bitfield & BY_RANGE)
         each_s = EACH_OUT_OF_RANGE_S if self._measures_distance and not local.dist_bottom_valid else EACH_S
@@ -79,14 +75,6 @@ class MulticopterLandDetector:
             self._turns(),
             not self._is_far_from_ground(),
         )
-
-    def _lower_limit(self) -> None:
-        """LNDMC_Z_VEL_MAX is at most what can be told from the slowest descent (_update_params)."""
-        parameters = self._parameters
-        most = min(parameters["MPC_LAND_CRWL"], parameters["MPC_LAND_SPEED"]) / LANDING_SPEED_MARGIN
-        if parameters["LNDMC_Z_VEL_MAX"] > most:
-            parameters.set("LNDMC_Z_VEL_MAX", most, notify=False)
-        self._version = parameters.version
 
     def _touches(self, now_us: int) -> bool:
         """What looks like ground contact."""

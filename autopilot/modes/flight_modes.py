@@ -8,8 +8,8 @@ and termination publish no setpoint. OFFBOARD is a task here alone: what others 
 import math
 from typing import Final
 
-from sitl_emu.autopilot.constants import GEAR_DOWN, GEAR_KEEP, NavState, TakeoffState
-from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.constants import GEAR_DOWN, GEAR_KEEP, NavState, Severity, TakeoffState
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES, Task
 from sitl_emu.autopilot.modes.altitude_cruise import AltitudeCruise
 from sitl_emu.autopilot.modes.auto import Auto
@@ -40,7 +40,9 @@ the vehicle."""
 class FlightModes:
     """Writer of trajectory_setpoint, vehicle_constraints, landing_gear and orbit_status."""
 
-    def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, texts: Texts) -> None:
+        say, send = texts.of("flight_mode_manager"), texts.events.send
+        self._texts = texts
         self._topics = topics
         self._parameters = parameters
         auto, follow_target = Auto(topics, parameters, say, send), FollowTargetTask(topics, parameters)
@@ -85,6 +87,8 @@ class FlightModes:
             if position_mode == DIRECT:
                 task = self._direct[status.nav_state]
             elif status.nav_state is NavState.POSCTL and position_mode not in POSITION_MODES:
+                line = f"[flight_mode_manager] MPC_POS_MODE {position_mode} invalid, resetting"
+                self._texts.note(Severity.ERROR, line)
                 self._parameters.set("MPC_POS_MODE", 4)
         if task is not self._task:
             before, self._task = self._task, task

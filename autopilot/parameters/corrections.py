@@ -52,6 +52,8 @@ class Correction(NamedTuple):
     tells: int = 0
     """How much the event has of the value that was wrong and the one that it became."""
     severity: Severity = Severity.CRITICAL
+    line: str = ""
+    """What the log alone is told of it: a format of both values."""
 
 
 def _land_detector_speed(parameters: Parameters) -> float:
@@ -139,7 +141,13 @@ EVERYWHERE = (
     ),
 )
 OF_MULTICOPTERS = (
-    Correction("land_detector", "LNDMC_Z_VEL_MAX", _land_detector_speed, False),
+    Correction(
+        "land_detector",
+        "LNDMC_Z_VEL_MAX",
+        _land_detector_speed,
+        False,
+        line="LNDMC_Z_VEL_MAX > MPC_LAND_CRWL or MPC_LAND_SPEED, updating {:.3f} -> {:.3f}",
+    ),
     Correction(
         "manual_control",
         "MC_AIRMODE",
@@ -176,4 +184,7 @@ class ParameterCorrections:
             if correction.event:
                 told = (float(before), float(value))[: correction.tells]
                 self._texts.say(correction.severity, correction.text, correction.event, *told, module=correction.module)
+            if correction.line:
+                line = correction.line.format(before, value)
+                self._texts.note(Severity.ERROR, f"[{correction.module}] {line}")
             parameters.set(name, value, notify=correction.notifies)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from sitl_emu.autopilot.constants import NavState, SetpointType
 from sitl_emu.autopilot.control.multicopter import MulticopterControl
 from sitl_emu.autopilot.estimator.estimator import Estimator
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.land_detector.land_detector import LandDetector
 from sitl_emu.autopilot.modes.flight_modes import FlightModes
 from sitl_emu.autopilot.parameters import Parameters, Value
@@ -59,8 +60,9 @@ class Flight:
         shared = (self.topics, self.parameters)
         self.sensors, self.estimator = Sensors(*shared), Estimator(*shared)
         self.land_detector = LandDetector(*shared, VehicleKind.MULTICOPTER.traits)
-        self.modes = FlightModes(*shared, lambda *_: None, lambda *_: None)
-        self.control = MulticopterControl(*shared, lambda *_: None)
+        texts = Texts()
+        self.modes = FlightModes(*shared, texts)
+        self.control = MulticopterControl(*shared, texts)
         self.simulator = VehicleSimulator(vehicle, HOME, seed, FlatGround())
         self.controls: HilActuatorControls | None = None
         self.ticks = 0

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.control.multicopter import MulticopterControl
 from sitl_emu.autopilot.estimator.estimator import Estimator
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.land_detector.land_detector import LandDetector
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensors import Sensors
@@ -42,7 +43,7 @@ class Rig:
         shared = (self.topics, self.parameters)
         self.sensors, self.estimator = Sensors(*shared), Estimator(*shared)
         self.land_detector = LandDetector(*shared, VehicleKind.MULTICOPTER.traits)
-        self.control = MulticopterControl(*shared, lambda *_: None)
+        self.control = MulticopterControl(*shared, Texts())
         self.simulator = VehicleSimulator(vehicle, HOME, seed, FlatGround(), name=model)
         self.ground_down_m = self.simulator.pose().down_m
         self.answer: HilActuatorControls | None = None

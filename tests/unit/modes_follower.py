@@ -42,8 +42,7 @@ class Follower:
         self.topics = Topics()
         self.parameters = Parameters(VehicleKind.MULTICOPTER, changes)
         self.texts = Texts()
-        say = self.texts.of("flight_mode_manager")
-        self.modes = FlightModes(self.topics, self.parameters, say, self.texts.events.send)
+        self.modes = FlightModes(self.topics, self.parameters, self.texts)
         self.now_us = 1_000_000
         self.topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state)
         self.topics.takeoff_status = TakeoffStatus(state=TakeoffState.FLIGHT)

@@ -6,6 +6,7 @@ import pytest
 
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import ActuatorArmed, Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -23,10 +24,10 @@ class Desk:
     """The module alone, of a vehicle that stands."""
 
     def __init__(self, armed: bool = False, prearm_mode: int = 0) -> None:
-        self.topics = Topics()
+        self.topics, self.texts = Topics(), Texts()
         self.topics.actuator_armed = ActuatorArmed(armed)
         parameters = Parameters(VehicleKind.MULTICOPTER, {"COM_PREARM_MODE": prearm_mode})
-        self.tests = ActuatorGroupTest(self.topics, parameters)
+        self.tests = ActuatorGroupTest(self.topics, parameters, self.texts)
         self.now_us = 10_000_000
 
     def ask(self, group: float, value: float = 0.5) -> int | None:
@@ -62,6 +63,8 @@ def test_prearmed_is_enough_for_a_torque() -> None:
     assert desk.ask(PITCH) == IN_PROGRESS
     desk.now_us = 5_000_000
     assert desk.ask(PITCH) == TEMPORARILY_REJECTED
+    said = [line.line.partition("rejected ")[2] for line in desk.texts.lines]
+    assert said == ["(thrust test requires armed)", "(not (pre)armed)"]
 
 
 def test_it_lasts_half_a_second() -> None:

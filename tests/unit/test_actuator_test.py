@@ -7,6 +7,7 @@ import pytest
 from sitl_emu import vehicles
 from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.control.mc_allocation import MulticopterAllocation
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import ActuatorArmed, ActuatorTest, Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -82,7 +83,7 @@ def test_motors_are_released_one_by_one(hexacopter: Bench) -> None:
 
 def test_while_it_is_killed_no_motor_is_tried_out_and_the_time_goes_on() -> None:
     topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, vehicles.load("sihsim_hex").airframe)
-    allocation = MulticopterAllocation(topics, parameters)
+    allocation = MulticopterAllocation(topics, parameters, Texts())
     topics.actuator_test = ActuatorTest(1, 102, 0.25, 1_000_000)
     pulses: list[float] = []
     for now_us, kill in ((4000, True), (500_000, False), (600_000, True), (1_100_000, False)):
@@ -95,7 +96,7 @@ def test_while_it_is_killed_no_motor_is_tried_out_and_the_time_goes_on() -> None
 def test_a_reversed_output_is_tried_out_reversed() -> None:
     airframe = {**vehicles.load("sihsim_hex").airframe, "PWM_MAIN_REV": 0b10}
     topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, airframe)
-    allocation = MulticopterAllocation(topics, parameters)
+    allocation = MulticopterAllocation(topics, parameters, Texts())
     topics.actuator_test = ActuatorTest(1, 102, 0.16, 1_000_000)
     allocation.allocate(4000, (0.0, 0.0, 0.0), 0.0, told=True, status_told=False)
     assert list(topics.actuator_outputs.pwm) == [900, 1600, 900, 900, 900, 900]
@@ -110,7 +111,7 @@ def test_a_motor_that_turns_both_ways_stands_still_in_the_middle_of_its_pulses()
     """FunctionMotors::updateValues; tried out, too (ActuatorTest::update)."""
     airframe = {**vehicles.load("sihsim_hex").airframe, "CA_R_REV": 0b10}
     topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, airframe)
-    allocation = MulticopterAllocation(topics, parameters)
+    allocation = MulticopterAllocation(topics, parameters, Texts())
     topics.actuator_test = ActuatorTest(1, 102, -0.16, 1_000_000)
     allocation.allocate(4000, (0.0, 0.0, 0.0), 0.0, told=True, status_told=False)
     assert topics.actuator_outputs.controls[1] == pytest.approx(-0.4)

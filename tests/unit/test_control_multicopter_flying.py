@@ -7,6 +7,7 @@ import pytest
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.control.mc_states import VehicleStates
 from sitl_emu.autopilot.control.multicopter import MulticopterControl
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     ActuatorArmed,
@@ -35,8 +36,9 @@ class FlyingControl:
     def __init__(self, **values: float) -> None:
         at_once = {"COM_SPOOLUP_TIME": 0.0, "MPC_TKO_RAMP_T": 0.0}
         self.parameters = Parameters(VehicleKind.MULTICOPTER, {**load("sihsim_hex").airframe, **at_once, **values})
-        self.topics = topics = Topics()
-        self.control = MulticopterControl(topics, self.parameters, lambda *_: None)
+        self.topics, self.texts = Topics(), Texts()
+        topics = self.topics
+        self.control = MulticopterControl(topics, self.parameters, self.texts)
         self.now_us = 0
         topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.POSCTL)
         topics.actuator_armed = ActuatorArmed(armed=True)
@@ -186,12 +188,36 @@ def test_a_motor_that_is_off_stands_still_where_ca_failure_mode_handles_it(handl
     assert (pulses.pop(2) == 900) is bool(handled) and min(pulses) > 1000
     assert (topics.actuator_outputs.controls[2] == 0.0) is bool(handled)
     status = topics.control_allocator_status
+    assert [said.line for said in flown.texts.lines] == ["[control_allocator] Stopping motors (4)"] * handled
     assert (status.handled_motor_failure_mask, status.motor_stop_mask) == (0, 0b100 * handled)
     assert status.torque_setpoint_achieved is not bool(handled)
     assert math.isnan(status.unallocated_torque[0]) is math.isnan(status.unallocated_thrust[2]) is bool(handled)
     topics.failure_detector_status = FailureDetectorStatus()
     flown.fly(10)
     assert min(topics.actuator_outputs.pwm) > 1000
+
+
+@pytest.mark.parametrize(
+    ("knows", "failsafes"),
+    [
+        ((True, True), ["stop and wait"]),
+        ((False, True), ["blind land"]),
+        ((False, False), ["blind land", "blind descent"]),
+    ],
+)
+def test_the_log_is_told_of_setpoints_that_cannot_be_flown(knows: tuple[bool, bool], failsafes: list[str]) -> None:
+    """MulticopterPositionControl::generateFailsafeSetpoint, every two seconds at most."""
+    flown = FlyingControl()
+    flown.now_us = 10_000_000
+    for _ in range(300):
+        flown.now_us += 8000
+        flown.topics.trajectory_setpoint = TrajectorySetpoint(flown.now_us)
+        flown.topics.vehicle_local_position = VehicleLocalPosition(
+            flown.now_us, flown.now_us, *knows, *knows, vx=math.nan if not knows[0] else 0.0
+        )
+        flown.control.update_position(flown.now_us)
+    expected = ["invalid setpoints", *(f"Failsafe: {each}" for each in failsafes)]
+    assert [said.line for said in flown.texts.lines] == [f"[mc_pos_control] {line}" for line in expected] * 2
 
 
 def test_a_setpoint_moves_along_where_the_estimate_jumps_until_the_next_one_comes() -> None:

@@ -5,6 +5,7 @@ import pytest
 from sitl_emu.autopilot.commander.control_mode import control_mode
 from sitl_emu.autopilot.commander.custom_mode import base_mode_of, custom_mode_of, nav_state_of
 from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.flight_mode import (
     ATTITUDE,
     FLIGHT_MODES,
@@ -125,5 +126,5 @@ def test_who_is_flown_by_sticks_needs_them() -> None:
 def test_every_task_and_drive_mode_has_a_mode() -> None:
     assert {mode.task for mode in FLIGHT_MODES.values()} == {None, *Task}
     assert {mode.drive_mode for mode in FLIGHT_MODES.values()} == {None, *DriveMode}
-    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER), lambda *_: None, lambda *_: None).tasks
+    tasks = FlightModes(Topics(), Parameters(VehicleKind.MULTICOPTER), Texts()).tasks
     assert set(tasks) == modes_where(lambda mode: mode.task is not None)

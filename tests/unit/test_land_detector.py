@@ -104,13 +104,6 @@ def test_who_is_not_told_to_descend_does_not_land() -> None:
     assert vehicle.state() == (False, False, False)
 
 
-def test_the_limit_of_vertical_speed_is_lowered_to_what_landing_is_slow_for() -> None:
-    parameters = Parameters(VehicleKind.MULTICOPTER, {"MPC_LAND_CRWL": 0.18})
-    topics = Topics()
-    LandDetector(topics, parameters, VehicleKind.MULTICOPTER.traits).update(0)
-    assert parameters["LNDMC_Z_VEL_MAX"] == pytest.approx(0.15)
-
-
 def test_out_of_the_range_of_its_sensor_it_takes_three_times_as_long() -> None:
     vehicle = Descending()
     vehicle.moves(0.7, 0.5, dist_bottom=0.8)

@@ -105,3 +105,4 @@ def test_mpc_pos_mode_counts_in_flight() -> None:
     follower.parameters.set("MPC_POS_MODE", 3)
     follower.fly(0.008)
     assert follower.parameters["MPC_POS_MODE"] == 4
+    assert follower.texts.lines[-1].line == "[flight_mode_manager] MPC_POS_MODE 3 invalid, resetting"

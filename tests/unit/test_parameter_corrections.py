@@ -2,6 +2,7 @@
 
 import pytest
 
+from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.events import layout, pack
 from sitl_emu.autopilot.events.texts import Texts
 from sitl_emu.autopilot.parameters import Parameters
@@ -63,6 +64,14 @@ def test_ekf2_says_what_it_reset() -> None:
     assert (said.module, said.text) == ("ekf2", "EKF2_MAG_TYPE invalid, resetting to default")
     event_id, formats = layout("ekf2_mag_type_invalid")
     assert (event.id, event.arguments) == (event_id, pack(formats, (3.0,)))
+
+
+def test_the_land_detector_tells_the_log_alone() -> None:
+    texts, parameters = Texts(), Parameters(VehicleKind.MULTICOPTER, {"LNDMC_Z_VEL_MAX": 0.9})
+    ParameterCorrections(parameters, texts, VehicleKind.MULTICOPTER.traits)
+    (said,) = texts.lines
+    told = "LNDMC_Z_VEL_MAX > MPC_LAND_CRWL or MPC_LAND_SPEED, updating 0.900 -> 0.250"
+    assert (said.severity, said.line, len(texts.recent)) == (Severity.ERROR, f"[land_detector] {told}", 0)
 
 
 def test_the_estimator_lags_behind_as_long_as_its_latest_sensor() -> None:
