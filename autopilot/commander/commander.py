@@ -416,7 +416,8 @@ class Commander:
 
     def _on_failsafe(self, notice: Notice) -> None:
         self._checks.report_what_waits(self._now_us)
-        hold = f": entering Hold for {notice.hold_s} seconds" if notice.hold_s else ""
+        holds = notice.delayed_action is not Action.NONE
+        hold = f": entering Hold for {notice.hold_s} seconds" if holds else ""
         event, *arguments = failsafe_event(notice)
         if notice.action is Action.WARN:
             self._send_event(event, failsafe_severity(notice), *arguments)

@@ -28,7 +28,7 @@ def failsafe_event(notice: Notice) -> tuple[str, *tuple[int, ...]]:
     """Name and arguments."""
     mode, action, cause = custom_mode_of(notice.user_mode), int(notice.action), notice.cause
     generic = cause == CAUSE_GENERIC
-    if notice.hold_s:
+    if notice.delayed_action is not Action.NONE:
         delayed = int(notice.delayed_action)
         if generic:
             return "commander_failsafe_enter_generic_hold", mode, delayed, notice.hold_s

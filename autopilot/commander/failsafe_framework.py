@@ -99,7 +99,7 @@ class Notice(NamedTuple):
     cause: int
     user_mode: NavState
     delayed_action: Action = Action.NONE
-    """What follows after the hold."""
+    """What follows after the hold; NONE: it does not hold first."""
     hold_s: int = 0
 
 

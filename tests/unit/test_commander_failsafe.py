@@ -11,6 +11,7 @@ from sitl_emu.autopilot.commander.failsafe import Failsafe
 from sitl_emu.autopilot.commander.failsafe_framework import Action, Notice
 from sitl_emu.autopilot.commander.mode_requirements import ALL_MODES, missing, runnable_modes
 from sitl_emu.autopilot.constants import NavState
+from sitl_emu.autopilot.events.events import layout
 from sitl_emu.autopilot.flight_mode import Need
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
@@ -116,6 +117,17 @@ def test_who_is_terminated_by_a_failsafe_goes_on_to_show_what_was_asked_for(orbi
     status = vehicle.topics.vehicle_status
     assert (status.nav_state, status.nav_state_display) == (NavState.TERMINATION, NavState.AUTO_LOITER)
     assert status.nav_state_user_intention is status.nav_state_display
+
+
+def test_a_hold_of_less_than_half_a_second_is_told_as_one_of_none() -> None:
+    """PX4's notifyUser asks what follows the hold, not how long it is."""
+    vehicle = flying(NAV_DLL_ACT=2, COM_FAIL_ACT_T=0.3)
+    vehicle.gcs = False
+    vehicle.run(14.0)
+    failsafe = [text for text in vehicle.take_texts() if text.startswith("Failsafe")]
+    assert failsafe == ["Failsafe activated: entering Hold for 0 seconds", "Failsafe activated"]
+    holds = layout("commander_failsafe_enter_hold")[0]
+    assert [event.arguments for event in vehicle.events.recent if event.id == holds]
 
 
 def test_lost_ground_station_does_nothing_by_default() -> None:
