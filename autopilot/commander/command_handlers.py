@@ -48,8 +48,8 @@ KEPT_COMMANDS: Final = 8
 REFUSALS_APART_US: Final = 1_000_000
 """A mode refused sooner after another is not said, as on PX4."""
 MISSION_START_DENIED: Final = "commander_mission_start_denied_no_mission"
-MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 41)
-"""ACTUATOR_OUTPUT_FUNCTION, as far as PX4 tests them."""
+MAVLINK_MOTORS, MAVLINK_SERVOS = range(1, 13), range(33, 48)
+"""ACTUATOR_OUTPUT_FUNCTION, as far as PX4 tests them (MAX_NUM_MOTORS and MAX_NUM_SERVOS of msg/ActuatorTest.msg)."""
 OWN_FUNCTIONS: Final = 1000
 LONGEST_ACTUATOR_TEST_MS: Final = 3000
 STORAGE_ACTIONS = range(5)
@@ -403,10 +403,13 @@ class CommandHandlers:
         return self._calibration.fixed_mag_cal_yaw(now_us, command, armed=self._arming.armed)
 
     def _actuator_test(self, now_us: int, command: VehicleCommand) -> int | None:
-        """param1 value, param2 seconds, param5 ACTUATOR_OUTPUT_FUNCTION, or 1000 more than PX4's own."""
+        """param1 value, param2 seconds, param5 ACTUATOR_OUTPUT_FUNCTION, or 1000 more than PX4's own.
+
+        A function has the 16 bits of actuator_test: a negative one is a large one, of no output.
+        """
         if self._arming.armed:
             return DENIED
-        function = _output_function(nearest(command.param5))
+        function = _output_function(nearest(command.param5) % (1 << 16))
         if function is None:
             return None
         seconds = command.param2 if math.isfinite(command.param2) else 0.0

@@ -130,9 +130,16 @@ def test_no_longer_than_three_seconds_and_px4_s_own_numbers(hexacopter: Bench) -
     assert hexacopter.pwm[5] == 900
 
 
-@pytest.mark.parametrize("function", [0, 13, 32, 41, 101, math.nan])
+@pytest.mark.parametrize("function", [0, 13, 32, 48, 101, 999, math.nan])
 def test_functions_that_px4_does_not_know_get_no_ack(hexacopter: Bench, function: float) -> None:
     assert hexacopter.test(0.1, 1.0, function) is None
+
+
+@pytest.mark.parametrize(("function", "tested"), [(41, 209), (47, 215), (-1, 64535), (1048, 48)])
+def test_servos_and_functions_of_no_output_are_accepted(hexacopter: Bench, function: float, tested: int) -> None:
+    """msg/ActuatorTest.msg: 15 servos, and a function of 16 bits without a sign."""
+    assert hexacopter.test(0.1, 1.0, function) == ACCEPTED
+    assert hexacopter.autopilot.topics.actuator_test.function == tested
 
 
 def test_nothing_is_tested_while_armed(hexacopter: Bench) -> None:
