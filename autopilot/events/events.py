@@ -95,7 +95,6 @@ LEVELS: dict[str, tuple[int | None, int]] = {
             "navigator_change_altitude_outside_geofence",
             "navigator_course_change_altitude_outside_geofence",
             "commander_cal_cmd_denied",
-            "commander_cal_no_inputs",
         ),
         (Severity.ERROR, Severity.INFO),
     ),

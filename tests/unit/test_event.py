@@ -108,7 +108,6 @@ def test_arguments_are_packed_as_the_table_types_them() -> None:
         ("commander_failsafe_enter_autopilot_disengaged", Severity.CRITICAL, (0, 3), 0x42),
         ("commander_failsafe_enter_low_flight_time_warn", Severity.WARNING, (), 0x64),
         ("commander_cal_cmd_denied", Severity.CRITICAL, (241,), 0x63),
-        ("commander_cal_no_inputs", Severity.CRITICAL, (), 0x63),
         ("navigator_reposition_outside_geofence", Severity.CRITICAL, (), 0x63),
         ("navigator_change_altitude_outside_geofence", Severity.CRITICAL, (), 0x63),
         ("navigator_course_change_altitude_outside_geofence", Severity.CRITICAL, (), 0x63),

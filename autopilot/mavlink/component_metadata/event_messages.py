@@ -169,7 +169,6 @@ DEFAULT = {
     "commander_arm_denied_throttle_unsafe": "Arming denied: the throttle is not low",
     "commander_armed_by": "Armed by {1}",
     "commander_cal_cmd_denied": "Calibration denied",
-    "commander_cal_no_inputs": "Calibration: there is no manual control",
     "commander_cal_trim_done": "Calibration: the trims are saved",
     "commander_cal_trim_param_set_failed": "Calibration: the trims could not be saved",
     "commander_calib_denied_sih": "Calibration denied: the sensors are simulated",
