@@ -2,6 +2,7 @@
 
 import pytest
 
+from sitl_emu.autopilot.commander.arming_checks.findings import Component
 from sitl_emu.autopilot.constants import NavState
 
 from .navigation_fake import FakeVehicle, item, settled
@@ -45,6 +46,15 @@ def all_are_heard(vehicle: FakeVehicle) -> None:
     vehicle.topics.gcs_heartbeats = vehicle.topics.gcs_heartbeats._replace(
         onboard_us=now_us, parachute_us=now_us, open_drone_id_us=now_us, adsb_us=now_us
     )
+
+
+def test_a_remote_id_is_never_told_as_present() -> None:
+    """PX4's openDroneIDCheck.cpp has no setIsPresent; COM_PARACHUTE's has one."""
+    vehicle = settled(COM_ARM_ODID=1, COM_PARACHUTE=1)
+    all_are_heard(vehicle)
+    vehicle.run(0.2)
+    present = vehicle.commander._checks._findings.health_present
+    assert (present & Component.PARACHUTE, present & Component.OPEN_DRONE_ID) == (Component.PARACHUTE, 0)
 
 
 def test_components_come_and_go() -> None:

@@ -31,6 +31,14 @@ def test_as_many_compasses_as_sys_has_mag_says_are_calibrated_and_enabled(
     assert (vehicle.result(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == 0) is (text is None)
 
 
+def test_a_compass_that_the_filter_has_stopped_using_is_told_with_its_event() -> None:
+    vehicle = settled()
+    flags = vehicle.topics.estimator_status_flags
+    vehicle.topics.estimator_status_flags = flags._replace(cs_mag_fault=True)
+    vehicle.run(0.2)
+    assert "Compass needs calibration - Land now!\t" in vehicle.said
+
+
 def test_a_compass_that_the_estimator_takes_for_faulty_forbids_arming() -> None:
     vehicle = settled()
     vehicle.topics.estimator_status_flags = vehicle.topics.estimator_status_flags._replace(cs_mag_fault=True)

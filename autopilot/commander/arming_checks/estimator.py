@@ -195,7 +195,7 @@ def _check_flags(now_us: int, topics: Topics, findings: Findings) -> None:
     flags: EstimatorStatusFlags = topics.estimator_status_flags
     if flags.cs_mag_fault:
         failure = (ALL_MODES, Component.LOCAL_POSITION_ESTIMATE, Severity.CRITICAL, "check_estimator_mag_fault")
-        findings.arming_check_failure(*failure, text="Compass needs calibration - Land now!")
+        findings.arming_check_failure(*failure, text="Compass needs calibration - Land now!\t")
     fresh = flags.timestamp > 0 and now_us - flags.timestamp < FLAGS_FRESH_US
     placed = topics.vehicle_local_position.xy_global
     if fresh and placed and not (topics.vehicle_status.armed or flags.cs_yaw_align):

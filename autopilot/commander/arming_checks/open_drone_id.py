@@ -15,14 +15,12 @@ ERROR: Final = 2
 
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """A warning has the text of an error, other than a parachute's."""
+    """A warning has the text of an error, other than a parachute's. That one is there, nobody tells."""
     heartbeats = topics.gcs_heartbeats
     there = present(now_us, heartbeats.open_drone_id_us)
     findings.remote_id_unhealthy = not (there and heartbeats.open_drone_id_healthy)
     if settings.com_arm_odid < 1:
         return
-    if there:
-        findings.health_present |= Component.OPEN_DRONE_ID
     if not findings.remote_id_unhealthy:
         return
     event, what = (
