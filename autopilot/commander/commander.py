@@ -156,7 +156,7 @@ class Commander:
         return None if result is None else CommandResult(result)
 
     def update(self, now_us: int) -> None:
-        """At 50 Hz."""
+        """At 50 Hz, in the order of Commander::run: what the checks find, is acted upon the next time."""
         if self._off_us is not None:
             if now_us >= self._off_us:
                 self._off_us = NEVER_US
@@ -168,18 +168,22 @@ class Commander:
         self._authorization.update(now_us)
         self._handlers.arm_with_leave(now_us)
         self._failure_detector.update(now_us)
-        if self._links.update(now_us) or now_us >= self._checks_due_us:
-            self._checks_due_us = now_us + CHECKS_INTERVAL_US
-            self._checks.update(now_us)
-            self._watch_battery(now_us)
-            self._hold_without_sticks()
-            self._follow_home(now_us)
-            self._arm_on_boot(now_us)
+        self._watch_battery(now_us)
+        if self._off_us is not None:
+            return
+        self._hold_without_sticks()
         self._pilot.update(now_us, in_failsafe=self._failsafe.in_failsafe)
         self._follow_takeoff_and_landing(now_us)
         self._leave_finished_modes()
         self._disarm_by_itself(now_us)
+        links_changed = self._links.update(now_us)
         self._choose_nav_state(now_us)
+        if links_changed or now_us >= self._checks_due_us:
+            self._checks_due_us = now_us + CHECKS_INTERVAL_US
+            self._publish_vehicle_status(now_us)  # the checks are those of the mode that has just been chosen
+            self._checks.update(now_us)
+            self._follow_home(now_us)
+            self._arm_on_boot(now_us)
         self._publish_vehicle_status(now_us)
         self._take_navigator_commands(now_us)
 

@@ -68,7 +68,8 @@ def test_a_rover_whose_motor_rests_is_disarmed_where_controllers_have_to_let_it_
     assert rover.topics.health_report.present & MOTOR_OUTPUTS
     rover.run(0.3)
     assert not rover.armed
-    assert rover.take_texts() == ["Armed by external command", "Failsafe activated", "Disarmed by failsafe"]
+    texts = [text for text in rover.take_texts() if text != "Takeoff detected"]  # the fake rover drives off meanwhile
+    assert texts == ["Armed by external command", "Failsafe activated", "Disarmed by failsafe"]
 
 
 def test_motors_that_turn_are_let() -> None:

@@ -11,7 +11,7 @@ from sitl_emu.autopilot.commander.failsafe import Failsafe
 from sitl_emu.autopilot.commander.failsafe_framework import Action, Notice
 from sitl_emu.autopilot.commander.mode_requirements import ALL_MODES, missing, runnable_modes
 from sitl_emu.autopilot.constants import NavState
-from sitl_emu.autopilot.events.events import layout
+from sitl_emu.autopilot.events.events import layout, table
 from sitl_emu.autopilot.flight_mode import Need
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
@@ -43,6 +43,12 @@ def flying(up_m: float = 10.0, kind: VehicleKind = VehicleKind.MULTICOPTER, **pa
     vehicle.take_texts()
     del vehicle.modes[:-1]
     return vehicle
+
+
+def events_told(vehicle: FakeVehicle) -> list[str]:
+    """The names of the last events."""
+    names = {row["id"]: name for name, row in table()["events"].items()}
+    return [names[event.id] for event in vehicle.events.recent]
 
 
 def status(vehicle: FakeVehicle) -> int:
@@ -128,6 +134,20 @@ def test_a_hold_of_less_than_half_a_second_is_told_as_one_of_none() -> None:
     assert failsafe == ["Failsafe activated: entering Hold for 0 seconds", "Failsafe activated"]
     holds = layout("commander_failsafe_enter_hold")[0]
     assert [event.arguments for event in vehicle.events.recent if event.id == holds]
+
+
+@pytest.mark.parametrize("mode", [NavState.AUTO_LAND, NavState.AUTO_RTL])
+def test_who_is_disarmed_where_nobody_can_arm_is_checked_in_the_mode_of_afterwards(mode: NavState) -> None:
+    """Commander::run leaves LAND before it runs the checks: they have nothing new to tell."""
+    vehicle = flying()
+    assert vehicle.set_mode(4, 6 if mode is NavState.AUTO_LAND else 5) == 0
+    vehicle.run(3.0)
+    assert now(vehicle.mode) is mode
+    vehicle.events.recent.clear()
+    assert vehicle.result(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196) == 0
+    vehicle.run(3.0)
+    assert vehicle.mode is NavState.AUTO_LOITER
+    assert events_told(vehicle) == ["commander_disarmed_by"]
 
 
 def test_lost_ground_station_does_nothing_by_default() -> None:
@@ -502,6 +522,7 @@ def test_an_empty_battery_turns_off_who_is_not_armed() -> None:
     vehicle.take_texts()
     vehicle.run(0.2)
     assert "Dangerously low battery! Shutting system down in 60 seconds" in vehicle.take_texts()
+    assert events_told(vehicle)[-1] == "commander_low_bat_shutdown"  # before any failsafe, or another round of checks
     assert vehicle.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) is None
     vehicle.run(58.0)
     assert not now(vehicle.topics.vehicle_commands)
