@@ -424,3 +424,19 @@ def test_a_poor_fix_and_a_lost_position_are_unhealthy() -> None:
     vehicle.topics.vehicle_local_position = VehicleLocalPosition()
     check(vehicle)
     assert not vehicle.topics.health_report.health & XY_POSITION_CONTROL
+
+
+def test_who_has_never_been_ready_is_told_why_two_seconds_after_the_start() -> None:
+    """Report::report: its interval counts from 0, and HealthAndArmingChecks::update holds no text back."""
+    vehicle, text = FakeVehicle(COM_ARMABLE=0), "Preflight Fail: Vehicle is in safety configuration"
+    summary = layout("commander_arming_check_summary")[0]
+    vehicle.run(1.9)
+    assert vehicle.take_texts() == []
+    assert summary not in {event.id for event in vehicle.events.recent}
+    vehicle.run(0.4)
+    assert text in vehicle.take_texts()
+    assert summary in {event.id for event in vehicle.events.recent}
+    vehicle.run(3.0)
+    vehicle.take_texts()
+    assert vehicle.result(mavlink.MAV_CMD_RUN_PREARM_CHECKS) == 0
+    assert vehicle.take_texts() == [text]

@@ -1,10 +1,10 @@
 """All checks in their order, and what their findings mean: who may arm, which mode can run, the bits of SYS_STATUS.
 
 PX4's HealthAndArmingChecks (v1.18). Present, enabled and healthy bits are those of PX4's SITL, which also counts
-parts as healthy that it does not have. What changed is reported at most every two seconds, as a round of events: a
-summary, one for each failure, and another summary, so that a ground station sees the whole state at once. Texts go
-with it, all of them anew each time, but not before the first time that all was well. A failsafe that is to be told has
-what waits for its time reported at once, without texts (Report::report, reportIfUnreportedDifferences).
+parts as healthy that it does not have. What changed is reported at most every two seconds, the first time two seconds
+after the start, as a round of events: a summary, one for each failure, and another summary, so that a ground station
+sees the whole state at once. Texts go with it, all of them anew each time. A failsafe that is to be told has what waits
+for its time reported at once, without texts (Report::report, reportIfUnreportedDifferences).
 """
 
 from collections.abc import Callable
@@ -169,11 +169,10 @@ class HealthAndArmingChecks:
         self._state: State = ((), (), [])
         """What a round of events would tell, as the last look found it."""
         self._unreported = False
-        self._reported_us = -REPORT_INTERVAL_US
+        self._reported_us = 0
         self._version = -1
         self._settings = settings_of(parameters)
         self._checks = all_checks()
-        self._ever_passed = False
         self._told: set[str] = set()
         """Of the texts that last."""
 
@@ -202,7 +201,6 @@ class HealthAndArmingChecks:
         health = HEALTHY & ~unhealthy
         if can_arm >> nav_state & 1:
             health |= PREARM_CHECK
-            self._ever_passed = True
         topics.failsafe_flags = flags
         present |= 0 if flags.manual_control_signal_lost else RC_RECEIVER
         topics.health_report = HealthReport(now_us, present, present | unhealthy, health, can_arm, can_run)
@@ -215,13 +213,12 @@ class HealthAndArmingChecks:
         if not force_report and not (self._unreported and now_us - self._reported_us >= REPORT_INTERVAL_US):
             return False
         self._report(now_us)
-        if self._ever_passed:
-            for text, severity in findings.texts.items():
+        for text, severity in findings.texts.items():
+            self._say(severity, text)
+        for text, severity in findings.lasting_texts.items():
+            if text not in self._told:
+                self._told.add(text)
                 self._say(severity, text)
-            for text, severity in findings.lasting_texts.items():
-                if text not in self._told:
-                    self._told.add(text)
-                    self._say(severity, text)
         return True
 
     def report_what_waits(self, now_us: int) -> None:
