@@ -16,11 +16,14 @@ class NavState(IntEnum):
     POSITION_SLOW = 6
     GUIDED_COURSE = 7
     ALTITUDE_CRUISE = 8
+    FREE3 = 9
     ACRO = 10
+    FREE2 = 11
     DESCEND = 12
     TERMINATION = 13
     OFFBOARD = 14
     STAB = 15
+    FREE1 = 16
     AUTO_TAKEOFF = 17
     AUTO_LAND = 18
     AUTO_FOLLOW_TARGET = 19

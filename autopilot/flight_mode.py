@@ -3,7 +3,8 @@
 PX4 v1.18 has this in lib/modes, commander/px4_custom_mode.h, commander/ModeUtil (requirements, control mode) and
 flight_mode_manager. A new mode is its number in `constants.NavState`, a row here, the task or drive mode that flies it
 and, where it follows a triplet, its place in the navigator. External modes have nobody to fly them here: they can be
-chosen on the ground but never run.
+chosen on the ground but never run. Numbers that are free are modes that need nothing and fly nothing: COM_FLTMODE_BOOT
+may name one.
 """
 
 from collections.abc import Callable, Mapping
@@ -154,6 +155,12 @@ class FlightMode:
     """EXTENDED_SYS_STATE says takeoff or landing by the setpoint that is flown."""
 
 
+def _free(name: str) -> FlightMode:
+    return FlightMode(
+        name=name, main_mode=0, valid=False, selectable=False, by_set_mode=False, needs=Need(0), control=NOTHING
+    )
+
+
 FLIGHT_MODES: Mapping[NavState, FlightMode] = {
     NavState.MANUAL: FlightMode(
         name="Manual",
@@ -268,6 +275,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         task=Task.ALTITUDE_CRUISE,
         link_loss_exception=LinkLossException.ALTITUDE_CRUISE,
     ),
+    NavState.FREE3: _free("9: unallocated"),
     NavState.ACRO: FlightMode(
         name="Acro",
         main_mode=MAIN_ACRO,
@@ -278,6 +286,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         control=RATES._replace(manual=True),
         drive_mode=DriveMode.MANUAL,
     ),
+    NavState.FREE2: _free("11: UNUSED"),
     NavState.DESCEND: FlightMode(
         name="Descend",
         main_mode=MAIN_AUTO,
@@ -322,6 +331,7 @@ FLIGHT_MODES: Mapping[NavState, FlightMode] = {
         control=ATTITUDE._replace(manual=True),
         drive_mode=DriveMode.MANUAL,
     ),
+    NavState.FREE1: _free("16: UNUSED2"),
     NavState.AUTO_TAKEOFF: FlightMode(
         name="Takeoff",
         main_mode=MAIN_AUTO,

@@ -25,7 +25,7 @@ from sitl_emu.autopilot.commander.failure_detector import FailureDetector
 from sitl_emu.autopilot.commander.home_altitude import HomeAltitude
 from sitl_emu.autopilot.commander.pilot import Pilot
 from sitl_emu.autopilot.commander.throw_launch import ThrowLaunch
-from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention
+from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention, boot_mode
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.constants import NavState, Severity
@@ -91,7 +91,7 @@ class Commander:
         of = say_as or (lambda module: say)
         self._say_failsafe = of("failsafe")
         self._checks = HealthAndArmingChecks(topics, parameters, of("health_and_arming_checks"), send_event)
-        self._intention = UserModeIntention(self._checks, NavState(int(parameters["COM_FLTMODE_BOOT"])))
+        self._intention = UserModeIntention(self._checks, boot_mode(int(parameters["COM_FLTMODE_BOOT"])))
         self._outgoing = outgoing if outgoing is not None else OutgoingCommands()
         self._authorization = ArmAuthorization(parameters, self._outgoing, say)
         self._arming = Arming(

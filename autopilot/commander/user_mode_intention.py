@@ -2,7 +2,7 @@
 
 PX4's UserModeIntention (src/modules/commander/UserModeIntention.cpp, v1.18): on the ground any mode may be chosen, in
 flight only one that can run. Modes that prevent arming (LAND, RTL, ...) and take-offs are forgotten at disarming, but
-no termination.
+no termination; who has booted into one of them comes back to POSCTL.
 """
 
 from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChecks
@@ -10,6 +10,14 @@ from sitl_emu.autopilot.commander.mode_requirements import PREVENT_ARMING
 from sitl_emu.autopilot.constants import NavState
 
 TAKEOFFS = (NavState.AUTO_TAKEOFF, NavState.AUTO_VTOL_TAKEOFF)
+
+
+def boot_mode(com_fltmode_boot: int) -> NavState:
+    """The mode of the parameter's eight lowest bits. PX4 takes any number; that all of no mode are one, is ours."""
+    try:
+        return NavState(com_fltmode_boot & 0xFF)
+    except ValueError:
+        return NavState.FREE1
 
 
 class UserModeIntention:
@@ -20,7 +28,8 @@ class UserModeIntention:
         self.mode = mode
         self.changes = 0
         """Counts every accepted request, also those for the mode that it is already."""
-        self._mode_after_disarming = mode
+        self._mode_after_disarming = NavState.POSCTL
+        self.follow(mode)
 
     def change(self, mode: NavState, *, armed: bool, force: bool = False, allow_fallback: bool = False) -> bool:
         """Ask for a mode; False where it cannot be flown now.

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from sitl_emu.autopilot.commander.custom_mode import base_mode_of, custom_mode_of
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -161,3 +162,45 @@ def test_landing_is_never_refused(vehicle: FakeVehicle) -> None:
     assert vehicle.set_mode(4, 6) == ACCEPTED
     vehicle.step()
     assert vehicle.mode is NavState.DESCEND
+
+
+@pytest.mark.parametrize(
+    ("number", "mode"),
+    [
+        (9, NavState.FREE3),
+        (11, NavState.FREE2),
+        (16, NavState.FREE1),
+        (31, NavState.FREE1),
+        (99, NavState.FREE1),
+        (-1, NavState.FREE1),
+        (256 + 15, NavState.STAB),
+        (17, NavState.AUTO_TAKEOFF),
+    ],
+)
+def test_whatever_mode_it_shall_boot_into_it_starts(number: int, mode: NavState) -> None:
+    """Commander's constructor takes eight bits of COM_FLTMODE_BOOT, whatever they mean."""
+    vehicle = FakeVehicle(COM_FLTMODE_BOOT=number)
+    vehicle.run(3.0)
+    assert vehicle.mode is mode
+
+
+def test_a_mode_that_is_none_is_armed_in_and_left() -> None:
+    """As on PX4: custom mode 0, no controller, and nothing that it needs."""
+    vehicle = FakeVehicle(COM_FLTMODE_BOOT=16)
+    vehicle.run(3.0)
+    control = vehicle.topics.vehicle_status.control_mode
+    assert (custom_mode_of(vehicle.mode), base_mode_of(control, armed=False)) == (0, 1)
+    assert vehicle.arm() == ACCEPTED
+    assert vehicle.set_mode(4, 3) == ACCEPTED
+    vehicle.step()
+    assert vehicle.mode is NavState.AUTO_LOITER
+
+
+def test_who_boots_into_takeoff_comes_back_to_position() -> None:
+    """UserModeIntention.hpp: _nav_state_after_disarming, until a mode was chosen in which one can stay."""
+    vehicle = FakeVehicle(COM_FLTMODE_BOOT=17)
+    vehicle.run(3.0)
+    assert vehicle.arm() == ACCEPTED
+    assert vehicle.result(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196) == ACCEPTED
+    vehicle.step()
+    assert vehicle.mode is NavState.POSCTL
