@@ -15,6 +15,7 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
     MAG,
     PREARM_CHECK,
     XY_POSITION_CONTROL,
+    Component,
     Findings,
 )
 from sitl_emu.autopilot.commander.mode_requirements import VALID_MODES
@@ -211,6 +212,7 @@ def test_flags(name: str) -> None:
     (0, False, ["Preflight Fail: GPS fix too low"]),
     (1, True, ["Preflight: GPS fix too low"]),
     (2, True, []),
+    (3, False, ["Preflight Fail: GPS fix too low"]),
 ])  # fmt: skip
 def test_gps(com_arm_wo_gps: int, may_arm: bool, texts: list[str]) -> None:
     vehicle = settled(COM_ARM_WO_GPS=com_arm_wo_gps)
@@ -218,6 +220,18 @@ def test_gps(com_arm_wo_gps: int, may_arm: bool, texts: list[str]) -> None:
     check(vehicle)
     assert bool(vehicle.topics.health_report.can_arm_mode_flags >> NavState.AUTO_LOITER & 1) is may_arm
     assert vehicle.take_texts() == texts
+
+
+def test_a_poor_gps_that_nobody_minds_is_a_round_of_events_without_its_own() -> None:
+    """GnssArmingCheck::Disabled is a failure of that level: it counts as a change, and mavlink_main.cpp drops it."""
+    vehicle = settled(COM_ARM_WO_GPS=2)
+    vehicle.events.recent.clear()
+    vehicle.topics.estimator_status = vehicle.topics.estimator_status._replace(gps_check_fail_flags=0b11)
+    check(vehicle)
+    told = {event.id for event in vehicle.events.recent}
+    assert layout("commander_arming_check_summary")[0] in told
+    assert layout("check_estimator_gps_fix_too_low")[0] not in told
+    assert not vehicle.commander._checks._findings.blamed & Component.GPS
 
 
 def test_a_vehicle_that_lies_on_its_side_is_not_armed() -> None:

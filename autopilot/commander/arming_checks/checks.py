@@ -68,7 +68,7 @@ from sitl_emu.autopilot.commander.mode_requirements import (
     runnable_modes,
 )
 from sitl_emu.autopilot.constants import NavState
-from sitl_emu.autopilot.events.events import PROTOCOL
+from sitl_emu.autopilot.events.events import DISABLED, PROTOCOL
 from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensor_calibration import is_calibrated, priority
@@ -250,8 +250,9 @@ class HealthAndArmingChecks:
         send = self._send_event
         send("commander_arming_check_summary", PROTOCOL, 0, *arming)
         for failure in self._findings.failures:
-            index = failure.component.bit_length() - 1
-            send(failure.event, failure.level, failure.told_modes, index, *failure.arguments)
+            if failure.level != DISABLED:
+                index = failure.component.bit_length() - 1
+                send(failure.event, failure.level, failure.told_modes, index, *failure.arguments)
         send("commander_health_summary", PROTOCOL, 0, *health)
 
 

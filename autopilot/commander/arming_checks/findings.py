@@ -59,7 +59,8 @@ class Failure(NamedTuple):
     """One failure as its event tells it."""
 
     event: str
-    level: Severity
+    level: int
+    """Severity, or DISABLED: it is not sent, but that there is one is a change to report."""
     modes: int
     """Bit per NavState: those that it forbids."""
     component: Component
@@ -186,7 +187,7 @@ class Findings:
         self,
         modes: int,
         component: Component,
-        level: Severity,
+        level: int,
         event: str,
         *arguments: float,
         text: str = "",

@@ -1,8 +1,8 @@
 """GPS: whether it is good enough for the filter, and whether the filter uses it (the GPS half of estimatorCheck).
 
 What the filter has against a receiver (EKF2_GPS_CHECK, EKF2_REQ_*) is told on the ground, the first of it. Whether a
-vehicle may arm then is COM_ARM_WO_GPS: 0 forbids it, 1 tells, 2 says nothing. In flight it is told when the filter
-leaves off using it, and when it begins again. A GPS that has fallen silent is no poor GPS.
+vehicle may arm then is COM_ARM_WO_GPS: 1 tells, 2 says nothing, any other forbids it. In flight it is told when the
+filter leaves off using it, and when it begins again. A GPS that has fallen silent is no poor GPS.
 """
 
 from typing import Final
@@ -17,12 +17,13 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
 )
 from sitl_emu.autopilot.commander.mode_requirements import MODES_THAT_NEED
 from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.events import DISABLED
 from sitl_emu.autopilot.flight_mode import Need
 from sitl_emu.autopilot.topics import Topics
 
 GNSS_POS: Final = 1 << 2
 """Bit of estimator_status.control_mode_flags."""
-DENY_ARMING, ONLY_WARN = 0, 1
+ONLY_WARN, SAY_NOTHING = 1, 2
 """COM_ARM_WO_GPS."""
 RELAXED_OR_GLOBAL: Final = MODES_THAT_NEED[Need.LOCAL_POSITION_RELAXED] | MODES_THAT_NEED[Need.GLOBAL_POSITION]
 FAILURES = (
@@ -72,12 +73,14 @@ class GpsCheck:
 def _tell_first(failures: int, com_arm_wo_gps: int, findings: Findings) -> None:
     name, what = FAILURES[(failures & -failures).bit_length() - 1]
     event = f"check_estimator_gps_{name}"
-    if com_arm_wo_gps == DENY_ARMING:
-        text = f"Preflight Fail: {what}"
-        findings.arming_check_failure(ALL_MODES, Component.GPS, Severity.ERROR, event, text=text)
-    elif com_arm_wo_gps == ONLY_WARN:
+    if com_arm_wo_gps == ONLY_WARN:
         text, level = f"Preflight: {what}", Severity.WARNING
         told_modes = RELAXED_OR_GLOBAL | findings.mode_req_local_position
         findings.arming_check_failure(
             NO_MODE, Component.GPS, level, event, text=text, said_as=level, told_modes=told_modes
         )
+    elif com_arm_wo_gps == SAY_NOTHING:
+        findings.arming_check_failure(NO_MODE, Component.GPS, DISABLED, event)
+    else:
+        text = f"Preflight Fail: {what}"
+        findings.arming_check_failure(ALL_MODES, Component.GPS, Severity.ERROR, event, text=text)
