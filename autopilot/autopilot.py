@@ -96,6 +96,7 @@ class Autopilot:
             self.parameter_storage,
             self.outgoing,
             self.texts.of,
+            self.texts.note,
         )
         self.navigator = Navigator(
             *shared, self.dataman, self.texts.of("navigator"), self.texts.events.send, self.outgoing
@@ -107,7 +108,7 @@ class Autopilot:
         self.control = CONTROLS[kind](*shared, self.texts)
         self.payload_deliverer = PayloadDeliverer(*shared)
         self.started = self._started_modules()
-        self.commands = VehicleCommands(self._owners())
+        self.commands = VehicleCommands(self._owners(), self.texts.note)
         self.logger = Logger(
             *shared, self.texts, root, lambda: self.mavlink.context.boot_unix_us, files.event_definitions
         )

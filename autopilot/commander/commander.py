@@ -15,7 +15,7 @@ from sitl_emu.autopilot.commander.arming_checks.checks import HealthAndArmingChe
 from sitl_emu.autopilot.commander.auto_disarm import AutoDisarm
 from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
 from sitl_emu.autopilot.commander.command_handlers import CommandHandlers
-from sitl_emu.autopilot.commander.command_results import ACCEPTED
+from sitl_emu.autopilot.commander.command_results import ACCEPTED, UNSUPPORTED
 from sitl_emu.autopilot.commander.control_mode import control_mode
 from sitl_emu.autopilot.commander.data_links import DataLinks, present_and_healthy
 from sitl_emu.autopilot.commander.failsafe import Failsafe
@@ -29,7 +29,7 @@ from sitl_emu.autopilot.commander.user_mode_intention import UserModeIntention, 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.constants import NavState, Severity
-from sitl_emu.autopilot.events.texts import Say, SendEvent
+from sitl_emu.autopilot.events.texts import Note, Say, SendEvent
 from sitl_emu.autopilot.flight_mode import FLOWN_BY_STICKS
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.parameters.storage import ParameterStorage
@@ -75,16 +75,18 @@ class Commander:
         storage: ParameterStorage | None = None,
         outgoing: OutgoingCommands | None = None,
         say_as: Callable[[str], Say] | None = None,
+        note: Note = lambda severity, line: None,
     ) -> None:
         """`say` tells the ground, `send_event` does so without a text; MAV_TYPE says what kind of vehicle it is.
 
         `outgoing` takes the commands that it gives to others; `say_as` gives the `say` of those parts that PX4
-        counts as modules of their own.
+        counts as modules of their own; `note` writes into the log.
         """
         self._topics = topics
         self._parameters = parameters
         self._say = say
         self._send_event = send_event
+        self._note = note
         self._mav_type = int(parameters["MAV_TYPE"])
         self._vehicle_kind = kind = VehicleKind.of_mav_type(self._mav_type)
         topics.vehicle_status = VehicleStatus(vehicle_kind=kind, mav_type=self._mav_type)
@@ -99,7 +101,7 @@ class Commander:
         )
         self._failsafe = Failsafe(parameters, self._on_failsafe, self._on_takeover, flies=kind.traits.flies)
         self._auto_disarm = AutoDisarm()
-        self._throw_launch = ThrowLaunch(topics, parameters, send_event)
+        self._throw_launch = ThrowLaunch(topics, parameters, send_event, note)
         self.calibration = CalibrationWorker(topics, parameters, say)
         self._handlers = CommandHandlers(
             topics,
@@ -115,6 +117,7 @@ class Commander:
             storage=storage,
         )
         self._pilot = Pilot(topics, self._intention, self._arming, self._handlers.change_mode, say)
+        self._ready_noted = False
         self._was_armed = False
         self._was_landed = True
         self._has_taken_off = False
@@ -153,6 +156,8 @@ class Commander:
         self._checks_due_us = 0
         self._published = ()  # whatever has come of it, PX4 tells its status after a command: that wakes the navigator
         self._publish_vehicle_status(now_us)
+        if result == UNSUPPORTED:
+            self._note(Severity.WARNING, f"[commander] command {command.command} unsupported")
         return None if result is None else CommandResult(result)
 
     def update(self, now_us: int) -> None:
@@ -182,6 +187,7 @@ class Commander:
             self._checks_due_us = now_us + CHECKS_INTERVAL_US
             self._publish_vehicle_status(now_us)  # the checks are those of the mode that has just been chosen
             self._checks.update(now_us)
+            self._note_ready()
             self._follow_home(now_us)
             self._arm_on_boot(now_us)
         self._publish_vehicle_status(now_us)
@@ -232,6 +238,13 @@ class Commander:
             topics.home_position = home_position.in_air(now_us, topics, gps_ctrl) or topics.home_position
         elif not self._arming.armed and landed and home_position.wants_setting(topics, gps_ctrl):
             self._arming.set_home(now_us)
+
+    def _note_ready(self) -> None:
+        """Once, and in green: PX4 does so in simulation (checkAndInformReadyForTakeoff)."""
+        flies = self._vehicle_kind.traits.flies
+        if flies and not self._ready_noted and self._checks.can_arm(NavState.AUTO_TAKEOFF):
+            self._ready_noted = True
+            self._note(Severity.INFO, "[commander] \x1b[32mReady for takeoff!\x1b[0m")
 
     def _arm_on_boot(self, now_us: int) -> None:
         """COM_ARM_ON_BOOT: as soon as all is well, and once."""

@@ -8,7 +8,7 @@ import math
 from enum import Enum, auto
 
 from sitl_emu.autopilot.constants import Severity
-from sitl_emu.autopilot.events.texts import SendEvent
+from sitl_emu.autopilot.events.texts import Note, SendEvent
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics
 
@@ -28,8 +28,9 @@ class State(Enum):
 class ThrowLaunch:
     """Watches for the throw, at the commander's rate."""
 
-    def __init__(self, topics: Topics, parameters: Parameters, send_event: SendEvent) -> None:
-        self._topics, self._parameters, self._send_event = topics, parameters, send_event
+    def __init__(self, topics: Topics, parameters: Parameters, send_event: SendEvent, note: Note) -> None:
+        self._topics, self._parameters = topics, parameters
+        self._send_event, self._note = send_event, note
         self.state = State.DISABLED
 
     @property
@@ -51,6 +52,8 @@ class ThrowLaunch:
             self.state = State.ARMED
         elif self.state is State.ARMED:
             if math.hypot(local.vx, local.vy, local.vz) > self._parameters["COM_THROW_SPEED"]:
+                self._note(Severity.INFO, "[commander] Throw detected, motors will start once falling")
                 self.state = State.UNSAFE
         elif self.state is State.UNSAFE and local.vz > 0.0:
+            self._note(Severity.INFO, "[commander] Throw and fall detected, starting motors")
             self.state = State.FLYING

@@ -9,6 +9,8 @@ import math
 from collections.abc import Iterable
 from typing import Final, NamedTuple, Protocol
 
+from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.events.texts import Note
 from sitl_emu.autopilot.topics import CommandRecord, CommandTold, Topics, VehicleCommand, VehicleCommandAck
 
 TOLD_KEPT = 32
@@ -88,12 +90,15 @@ def answer_later(topics: Topics, command: VehicleCommand, result: CommandResult)
 class VehicleCommands:
     """The table from MAV_CMD to its owner."""
 
-    def __init__(self, owners: Iterable[CommandOwner]) -> None:
+    def __init__(self, owners: Iterable[CommandOwner], note: Note = lambda severity, line: None) -> None:
+        """`note` writes into the log."""
+        self._note = note
         self.owners: dict[int, CommandOwner] = {number: owner for owner in owners for number in owner.COMMANDS}
 
     def handle(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
-        """Let the owner decide; a command without an owner is UNSUPPORTED."""
+        """Let the owner decide; a command without an owner is UNSUPPORTED, which PX4's commander says in the log."""
         owner = self.owners.get(command.command)
         if owner is None:
+            self._note(Severity.WARNING, f"[commander] command {command.command} unsupported")
             return CommandResult(MAV_RESULT_UNSUPPORTED)
         return owner.handle_command(now_us, command)

@@ -45,6 +45,10 @@ SendEvent = Callable[..., None]
 """events.Events.send: name, level, arguments."""
 
 
+Note = Callable[[Severity, str], None]
+"""Texts.note: a line for the log alone."""
+
+
 class Texts:
     """The last texts. Any module may say something; each link sends what is new to it."""
 

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Generator, Sequence
 from typing import Protocol
 
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import VehicleCommands
 from sitl_emu.autopilot.control.control import StartedModule
 from sitl_emu.autopilot.estimator.estimator import Estimator
@@ -39,6 +40,7 @@ class Vehicle(Protocol):
     parameter_storage: ParameterStorage
     dataman: Dataman
     commands: VehicleCommands
+    outgoing: OutgoingCommands
     estimator: Estimator
     navigator: Navigator
     started: tuple[StartedModule, ...]

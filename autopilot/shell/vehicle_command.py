@@ -14,15 +14,21 @@ def send(vehicle: Vehicle, command: int, *values: float) -> bool:
 
 def send_for_result(vehicle: Vehicle, command: int, *values: float) -> int | None:
     """The same; MAV_RESULT, or None for no answer."""
-    system, component = int(vehicle.parameters["MAV_SYS_ID"]), mavlink.MAV_COMP_ID_AUTOPILOT1
-    param1, param2, param3, param4, param5, param6, param7 = (*values, *(math.nan,) * (7 - len(values)))
-    order = VehicleCommand(command, param1, param2, param3, param4, param5, param6, param7)
-    order = order._replace(
-        source_system=system,
-        source_component=component,
-        target_system=system,
-        target_component=component,
-        from_external=False,
-    )
+    order = _order(vehicle, command, *values)
+    order = order._replace(target_system=order.source_system, target_component=order.source_component)
     result = vehicle.commands.handle(vehicle.now_us, order)
     return None if result is None else result.result
+
+
+def broadcast(vehicle: Vehicle, command: int, *values: float) -> None:
+    """Give a command that is for others to all of them, with its first parameters, the others NaN."""
+    vehicle.outgoing.give(_order(vehicle, command, *values))
+
+
+def _order(vehicle: Vehicle, command: int, *values: float) -> VehicleCommand:
+    param1, param2, param3, param4, param5, param6, param7 = (*values, *(math.nan,) * (7 - len(values)))
+    return VehicleCommand(
+        command, param1, param2, param3, param4, param5, param6, param7,
+        source_system=int(vehicle.parameters["MAV_SYS_ID"]), source_component=mavlink.MAV_COMP_ID_AUTOPILOT1,
+        from_external=False,
+    )  # fmt: skip

@@ -54,12 +54,16 @@ class FakeVehicle:
         self.topics = Topics()
         self.dataman = dataman or Dataman()
         self.said: list[str] = []
+        self.noted: list[str] = []
+        """In the log alone."""
         self.events = Events()
         self.modes: list[str] = []
         self.reached: list[int] = []
         self.current: list[int] = []
         self.setpoints: list[SetpointType] = []
-        self.commander = Commander(self.topics, self.parameters, self.dataman, self._say, self.events.send)
+        self.commander = Commander(
+            self.topics, self.parameters, self.dataman, self._say, self.events.send, note=self._write
+        )
         self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, self.events.send)
         self.now_us = 0
         self.north = self.east = self.up = 0.0
@@ -82,6 +86,9 @@ class FakeVehicle:
             self.said.append(text)
         if event:
             self.events.send(event, severity, *arguments)
+
+    def _write(self, severity: Severity, line: str) -> None:
+        self.noted.append(line)
 
     def take_texts(self) -> list[str]:
         """What was said since the last call, without the tab of texts that have an event."""

@@ -38,6 +38,25 @@ def test_boots_in_hold_silently_and_becomes_ready() -> None:
     assert vehicle.take_texts() == []
 
 
+@pytest.mark.parametrize(
+    ("kind", "noted"),
+    [
+        (VehicleKind.MULTICOPTER, ["[commander] \x1b[32mReady for takeoff!\x1b[0m"]),
+        (VehicleKind.ROVER_ACKERMANN, []),
+    ],
+)
+def test_what_flies_notes_once_that_it_is_ready(kind: VehicleKind, noted: list[str]) -> None:
+    """Commander::checkAndInformReadyForTakeoff, with the colours of its console in the log."""
+    vehicle = FakeVehicle(kind)
+    vehicle.step()
+    assert not now(vehicle.noted)
+    vehicle.run(3.0)
+    assert now(vehicle.arm()) == ACCEPTED
+    assert vehicle.result(ARM_DISARM, 0) == ACCEPTED
+    vehicle.run(1.0)
+    assert vehicle.noted == noted
+
+
 def test_vehicle_status_is_told_twice_a_second_and_when_it_changes(vehicle: FakeVehicle) -> None:
     """Commander::run: who streams CURRENT_MODE at 20 Hz so gets a mode of 20 ms, as before a mission's RTL."""
 

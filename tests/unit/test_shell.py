@@ -1,5 +1,6 @@
 """The MAVLink shell on simulated time: PX4's console over SERIAL_CONTROL."""
 
+import math
 import random
 
 import pytest
@@ -16,6 +17,7 @@ from sitl_emu.autopilot.topics import (
     EstimatorStatus,
     HomePosition,
     PositionSetpointTriplet,
+    VehicleCommand,
     VehicleGlobalPosition,
     VehicleMagnetometer,
     topic_names,
@@ -89,6 +91,25 @@ def test_commander_gives_commands_from_inside() -> None:
     assert console.output("commander set_heading") == "ERROR [commander] missing argument\n"
     assert console.output("commander set_heading 90") == ""
     assert console.output("commander termination") == ""
+
+
+def test_pairing_is_asked_of_everybody_and_says_nothing() -> None:
+    """VEHICLE_CMD_START_RX_PAIR to system and component 0 (Commander::custom_command)."""
+    console = Console()
+    assert console.output("commander pair") == ""
+    (command,) = console.autopilot.outgoing.waiting
+    assert command[:2] == (mavlink.MAV_CMD_START_RX_PAIR, 10.0) and all(map(math.isnan, command[2:8]))
+    assert (command.target_system, command.target_component, command.from_external) == (0, 0, False)
+
+
+@pytest.mark.parametrize(("number", "param4"), [(31999, 0.0), (mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, 3.0)])
+def test_commands_that_are_unsupported_stand_in_the_log(number: int, param4: float) -> None:
+    """Commander::answer_command."""
+    autopilot = Console().autopilot
+    result = autopilot.commands.handle(0, VehicleCommand(number, 0.0, 0.0, 0.0, param4, 0.0, 0.0, 0.0))
+    assert result is not None and result.result == mavlink.MAV_RESULT_UNSUPPORTED
+    line = autopilot.texts.lines[-1]
+    assert (line.severity, line.line) == (Severity.WARNING, f"[commander] command {number} unsupported")
 
 
 def test_listener_prints_a_topic_with_its_age() -> None:

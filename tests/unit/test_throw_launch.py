@@ -32,6 +32,10 @@ def test_motors_are_locked_until_it_falls() -> None:
         moving(vehicle, vz)
         assert (vehicle.commander._throw_launch.state, vehicle.topics.actuator_armed.lockdown) == (state, locked)
     assert vehicle.topics.vehicle_status.system_status == mavlink.MAV_STATE_ACTIVE
+    assert vehicle.noted[-2:] == [
+        "[commander] Throw detected, motors will start once falling",
+        "[commander] Throw and fall detected, starting motors",
+    ]
 
 
 def test_who_waits_for_the_throw_is_not_disarmed() -> None:

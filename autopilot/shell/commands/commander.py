@@ -21,12 +21,14 @@ from sitl_emu.autopilot.shell.command import (
     warning,
 )
 from sitl_emu.autopilot.shell.commands.module import HELP, default_command
-from sitl_emu.autopilot.shell.vehicle_command import send
+from sitl_emu.autopilot.shell.vehicle_command import broadcast, send
 from sitl_emu.core import dialect as mavlink
 
 FORCE = 21196.0
 SHUTDOWN = 2.0
 QUICK = 4.0
+PAIRED_BY_COMPANION = 10.0
+"""What is paired, param1 of START_RX_PAIR: PX4's own word for a ground station's link, which a companion pairs."""
 CUSTOM_MODE = 1.0
 MODES = {mode.shell_name: state for state, mode in FLIGHT_MODES.items() if mode.shell_name is not None}
 CALIBRATIONS = {"gyro": 1, "mag": 2, "baro": 3, "accel": 5, "level": 5, "airspeed": 6, "esc": 7}
@@ -48,6 +50,7 @@ COMMANDS = (
     ("land", ""),
     ("transition", "to fixed wing and back"),
     ("mode", "|".join(MODES)),
+    ("pair", "a remote control with its receiver"),
     ("termination", "end the flight"),
     ("set_ekf_origin", "LATITUDE LONGITUDE ALTITUDE"),
     ("set_heading", "DEGREES"),
@@ -87,6 +90,9 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return SUCCESS
     if command == "termination":
         send(vehicle, mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1.0, 0.0)
+        return SUCCESS
+    if command == "pair":
+        broadcast(vehicle, mavlink.MAV_CMD_START_RX_PAIR, PAIRED_BY_COMPANION)
         return SUCCESS
     if command == "safety":
         return (yield from _safety(vehicle, words))
