@@ -60,6 +60,10 @@ class HealthReport(NamedTuple):
     present: int = 0
     enabled: int = 0
     health: int = 0
+    present_extended: int = 0
+    """This and the next two: bits of MAV_SYS_STATUS_SENSOR_EXTENDED."""
+    enabled_extended: int = 0
+    health_extended: int = 0
     can_arm_mode_flags: int = 0
     """Bit per NavState: arming there is allowed."""
     can_run_mode_flags: int = 0

@@ -31,6 +31,25 @@ def test_components_that_a_flight_may_need(parameter: str, value: int, may_arm: 
     assert vehicle.take_texts() == texts
 
 
+def test_a_parachute_is_the_recovery_system() -> None:
+    """Well until somebody wants one (streams/SYS_STATUS.hpp: fillOutComponent)."""
+
+    def recovery_system() -> tuple[int, int, int]:
+        vehicle.run(0.2)
+        report = vehicle.topics.health_report
+        return report.present_extended, report.enabled_extended, report.health_extended
+
+    vehicle = settled()
+    assert recovery_system() == (0, 0, 1)
+    vehicle.parameters.set("COM_PARACHUTE", 1)
+    assert recovery_system() == (0, 1, 0)
+    heartbeats = vehicle.topics.gcs_heartbeats
+    vehicle.topics.gcs_heartbeats = heartbeats._replace(parachute_us=vehicle.now_us, parachute_healthy=True)
+    assert recovery_system() == (1, 1, 1)
+    vehicle.topics.gcs_heartbeats = heartbeats._replace(parachute_us=vehicle.now_us, parachute_healthy=False)
+    assert recovery_system() == (1, 1, 0)
+
+
 def test_without_a_traffic_avoidance_system_a_mission_alone_is_refused() -> None:
     vehicle = settled(COM_ARM_TRAFF=3)
     vehicle.upload(item(22, 0, 0, 10), item(16, 20, 0, 10), item(20))

@@ -56,6 +56,7 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
     MOTOR_OUTPUTS,
     PREARM_CHECK,
     RC_RECEIVER,
+    RECOVERY_SYSTEM,
     XY_POSITION_CONTROL,
     Component,
     Findings,
@@ -203,7 +204,19 @@ class HealthAndArmingChecks:
             health |= PREARM_CHECK
         topics.failsafe_flags = flags
         present |= 0 if flags.manual_control_signal_lost else RC_RECEIVER
-        topics.health_report = HealthReport(now_us, present, present | unhealthy, health, can_arm, can_run)
+        parachute = RECOVERY_SYSTEM if findings.health_present & Component.PARACHUTE else 0
+        no_parachute = RECOVERY_SYSTEM if findings.blamed & Component.PARACHUTE else 0
+        topics.health_report = HealthReport(
+            now_us,
+            present,
+            present | unhealthy,
+            health,
+            parachute,
+            parachute | no_parachute,
+            RECOVERY_SYSTEM & ~no_parachute,
+            can_arm,
+            can_run,
+        )
         for notice in findings.notices:
             self._send_event(notice.event, notice.level, *notice.arguments)
         state = self._state_of(findings, can_run)

@@ -37,7 +37,7 @@ def fields(now_us: int, context: Context) -> Fields:
         0,
         0,
         remaining_pct,
-        0,
-        0,
-        0,
+        health.present_extended,
+        health.enabled_extended,
+        health.health_extended,
     )
