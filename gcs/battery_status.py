@@ -1,7 +1,7 @@
-"""A battery that tells of itself, as a smart battery on board does: beside the one that the autopilot measures.
+"""A battery that tells of itself, as a smart battery on board does.
 
 Source: https://mavlink.io/en/messages/common.html#BATTERY_STATUS. PX4 takes it from components of its own system alone,
-and warns by the emptiest.
+in the place of the battery that it measures itself, until that is published again (not with BAT1_SOURCE other than 0).
 """
 
 from collections.abc import Sequence

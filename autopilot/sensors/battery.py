@@ -36,7 +36,7 @@ SECONDS_PER_HOUR: Final = 3600.0
 
 
 class Battery:
-    """Writer of battery_status."""
+    """Writer of battery_status, as is mavlink/services/battery_status.py: what that writes stands for a moment."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
@@ -47,19 +47,21 @@ class Battery:
         """The charge that PX4 reads off the voltage."""
         self._unconnected_us = 0
         self._measured_us, self._due_us = 0, NEVER_US
+        self._status = BatteryStatus()
+        """What was measured last."""
 
     def repeat(self, now_us: int) -> None:
         """Say again what was measured last, when it is time."""
         if now_us >= self._due_us:
             self._due_us = max(self._due_us + BATTERY_EVERY_US, now_us)
-            self._topics.battery_status = self._topics.battery_status._replace(timestamp=now_us)
+            self._topics.battery_status = self._status._replace(timestamp=now_us)
 
     def measured(self, now_us: int, message: SimulatedBattery, *, is_off: bool) -> None:
         """What the simulator measured; `is_off`: its failure was injected, it is empty."""
         if int(self._parameters["BAT1_SOURCE"]) != POWER_MODULE:
             self._due_us = NEVER_US
             return
-        previous = self._topics.battery_status
+        previous = self._status
         known = message.current_ca >= 0
         current_a = message.current_ca * 1e-2 if known else NAN
         resting_a = float(self._parameters["BAT1_I_OVERWRITE"])
@@ -87,7 +89,7 @@ class Battery:
             self._cell_v += (cell_v - self._cell_v) * weight
             estimator.update(voltage_v, told_a, dt_s)
         charge = self._charge(now_us, previous, drawn_mah, dt_s)
-        self._topics.battery_status = BatteryStatus(
+        self._topics.battery_status = self._status = BatteryStatus(
             now_us,
             voltage_v >= RECOGNIZED_V,
             voltage_v,

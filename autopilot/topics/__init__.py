@@ -157,7 +157,7 @@ from sitl_emu.autopilot.topics.sensors import (
     VehicleMagnetometer,
 )
 from sitl_emu.autopilot.topics.system import CpuLoad, LoggerStatus
-from sitl_emu.autopilot.topics.topics import Topics, batteries, queue_transponder_report, topic_names
+from sitl_emu.autopilot.topics.topics import Topics, queue_transponder_report, topic_names
 from sitl_emu.autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
 __all__ = [
@@ -298,7 +298,6 @@ __all__ = [
     "VelocityLimits",
     "WindEstimate",
     "YawEstimatorStatus",
-    "batteries",
     "queue_transponder_report",
     "topic_names",
     "with_source",

@@ -162,8 +162,6 @@ class Topics:
         self.system_power = SystemPower()
         self.ranging_beacon = RangingBeaconRange()
         self.vehicle_imu_status = VehicleImuStatus()
-        self.battery_status_outside = BatteryStatus()
-        """Writer: mavlink/services/battery_status.py, for a battery that tells of itself."""
         self.vehicle_attitude = VehicleAttitude()
         self.vehicle_angular_velocity = VehicleAngularVelocity()
         self.vehicle_local_position = VehicleLocalPosition()
@@ -300,8 +298,3 @@ def queue_transponder_report(topics: Topics, report: TransponderReport) -> None:
     reports = topics.transponder_reports
     number = reports[-1].number + 1 if reports else 1
     topics.transponder_reports = (*reports[1 - TRANSPONDER_REPORTS_KEPT :], report._replace(number=number))
-
-
-def batteries(topics: Topics) -> list[BatteryStatus]:
-    """Those that are connected."""
-    return [battery for battery in (topics.battery_status, topics.battery_status_outside) if battery.connected]

@@ -211,7 +211,7 @@ def test_a_battery_that_tells_of_itself() -> None:
     peer = Peer(system=1, component=180)
     peer.fly()
     peer.send(battery_status((4.1, 4.0, 3.9), 0.1, 2.5))
-    heard = peer.topics.battery_status_outside
+    heard = peer.topics.battery_status
     assert heard.cells_v == pytest.approx((4.1, 4.0, 3.9))
     assert (heard.voltage_v, heard.current_a, heard.remaining, heard.warning) == pytest.approx((12.0, 2.5, 0.1, 1))
 

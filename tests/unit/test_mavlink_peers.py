@@ -66,19 +66,18 @@ def smart_battery(remaining_pct: int, *cells_mv: int) -> Any:
     return mavlink.MAVLink_battery_status_message(1, 1, 1, 32767, voltages, 150, 12, -1, remaining_pct)
 
 
-def test_a_battery_of_our_own_system_is_told_beside_ours_and_the_emptiest_in_sys_status() -> None:
+def test_a_battery_of_our_own_system_stands_in_the_place_of_ours_until_that_is_measured_again() -> None:
     peer = Peer(system=1, component=180)
     peer.now_us = 1_000
     peer.fly()
     peer.send(smart_battery(6, 3501, 3502, 3503))
-    heard = only(peer.run(2.5), "BATTERY_STATUS")[-2:]
-    assert [battery.voltages[:4] for battery in heard] == [[16200, *(65535,) * 3], [3501, 3502, 3503, 65535]]
-    assert [(battery.id, battery.battery_remaining, battery.charge_state) for battery in heard] == [
-        (0, 100, 1),
-        (255, 6, 3),
-    ]
+    battery = only(peer.send(command_long(512, 147)), "BATTERY_STATUS")[0]
+    assert battery.voltages[:4] == [3501, 3502, 3503, 65535]
+    assert (battery.id, battery.battery_remaining, battery.charge_state) == (255, 6, 3)
     status = only(peer.send(command_long(512, 1)), "SYS_STATUS")[0]
     assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (10506, 150, 6)
+    heard = only(peer.fly_and_run(4.5), "BATTERY_STATUS")
+    assert {(battery.id, battery.voltages[0], battery.battery_remaining) for battery in heard} == {(0, 16200, 100)}
 
 
 def test_a_battery_that_does_not_know_its_charge_warns_of_nothing() -> None:
@@ -88,8 +87,8 @@ def test_a_battery_that_does_not_know_its_charge_warns_of_nothing() -> None:
     peer.fly()
     cells = [3500, *(65535,) * 9]
     peer.send(mavlink.MAVLink_battery_status_message(0, 1, 1, 2550, cells, -1, -1, -1, -1, 90))
-    outside = peer.topics.battery_status_outside
-    assert (outside.remaining, outside.current_a, outside.warning) == (-1.0, -1.0, 0)
+    heard = peer.topics.battery_status
+    assert (heard.remaining, heard.current_a, heard.warning) == (-1.0, -1.0, 0)
     told = only(peer.run(2.5), "BATTERY_STATUS")[-1]
     assert (told.battery_remaining, told.current_battery, told.current_consumed) == (-1, -1, -1)
     assert (told.temperature, told.time_remaining, told.charge_state) == (2550, 90, 1)
@@ -98,15 +97,6 @@ def test_a_battery_that_does_not_know_its_charge_warns_of_nothing() -> None:
     peer.send(mavlink.MAVLink_battery_status_message(0, 1, 1, 32767, cells, -250, -1, -1, 50))
     told = only(peer.run(2.5), "BATTERY_STATUS")[-1]
     assert (told.temperature, told.current_battery, told.time_remaining) == (32767, -250, 0), "it is charged"
-
-
-def test_a_battery_that_fell_silent_is_not_told_again() -> None:
-    """Each is told as it speaks (streams/BATTERY_STATUS.hpp)."""
-    peer = Peer(system=1, component=180)
-    peer.fly_and_run(0.1)
-    peer.send(smart_battery(50, 3500))
-    assert {battery.id for battery in only(peer.fly_and_run(4.5), "BATTERY_STATUS")} == {0, 255}
-    assert {battery.id for battery in only(peer.fly_and_run(4.5), "BATTERY_STATUS")} == {0}
 
 
 @pytest.mark.parametrize(
@@ -141,7 +131,7 @@ def test_batteries_of_others_are_not_ours() -> None:
     for system, component in ((255, 180), (1, 1)):
         peer = Peer(system=system, component=component)
         peer.send(smart_battery(6, 3500))
-        assert not peer.topics.battery_status_outside.connected
+        assert not peer.topics.battery_status.connected
 
 
 def adsb_vehicle(icao_address: int, **changes: float) -> Any:

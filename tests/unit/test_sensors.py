@@ -10,7 +10,7 @@ from sitl_emu import vehicles
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensors import Sensors, altitude_m
 from sitl_emu.autopilot.system.failure_injection import inject
-from sitl_emu.autopilot.topics import ActuatorArmed, FailureInjection, Topics, VehicleStatus, topic_names
+from sitl_emu.autopilot.topics import ActuatorArmed, BatteryStatus, FailureInjection, Topics, VehicleStatus, topic_names
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import DistanceSensor, HilGps, HilSensor, HilStateQuaternion, SimulatedBattery
 from sitl_emu.world.ground import FlatGround
@@ -171,6 +171,21 @@ def test_a_battery_is_told_a_hundred_times_a_second_until_another_source_tells_o
     assert topics.battery_status.discharged_mah == pytest.approx(36.0 * 1.8 / 3.6)
     parameters.set("BAT1_SOURCE", 1)
     assert run(2_200_000, 4_200_000) <= 2, "the last, and one that was due before the parameter was read"
+
+
+def test_what_a_component_tells_of_a_battery_stands_until_the_next_sample_of_ours() -> None:
+    """Both are the first battery (mavlink_receiver.h, BatterySimulator.hpp); ours goes on from what it was."""
+    reader, topics = sensors(BAT1_N_CELLS=4)
+    reader.update([IMU._replace(time_usec=200_000), SimulatedBattery(16000, 3600, 90)])
+    topics.battery_status = BatteryStatus(200_000, True, 3.5, 1.0, 0.06, warning=2)
+    reader.update([IMU._replace(time_usec=204_000)])
+    assert topics.battery_status.warning == 2
+    reader.update([IMU._replace(time_usec=212_000)])
+    assert (topics.battery_status.voltage_v, topics.battery_status.remaining) == (16.0, 0.9)
+    topics.battery_status = BatteryStatus(212_000, True, 3.5, 1.0, 0.06, 5.0, warning=2)
+    reader.update([IMU._replace(time_usec=400_000), SimulatedBattery(16000, 3600, 90)])
+    assert topics.battery_status.remaining == pytest.approx(0.9)
+    assert topics.battery_status.discharged_mah == pytest.approx(36.0 * 0.2 / 3.6)
 
 
 def test_a_disarmed_vehicle_draws_what_bat1_i_overwrite_says() -> None:

@@ -1,8 +1,8 @@
-"""No battery that is connected is near its end, and all last longer than the way home (PX4's batteryCheck).
+"""A battery that is connected is not near its end, and lasts longer than the way home (PX4's batteryCheck).
 
 COM_ARM_BAT_MIN: least charge to arm, 0..1, instead of the critical warning (negative: the warning counts). While armed
 the warning only gets worse. How long a battery lasts is known with its capacity (BAT1_CAPACITY) alone. CBRK_SUPPLY_CHK
-has nobody look at batteries.
+has nobody look at the battery.
 """
 
 import math
@@ -16,7 +16,7 @@ from sitl_emu.autopilot.commander.arming_checks.findings import (
     Settings,
 )
 from sitl_emu.autopilot.constants import Severity
-from sitl_emu.autopilot.topics import Topics, batteries
+from sitl_emu.autopilot.topics import Topics
 
 WARNING_LOW: Final = 1
 WARNING_CRITICAL: Final = 2
@@ -38,36 +38,36 @@ SUPPLY_CHECK_BROKEN: Final = 894281
 
 def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """The warning level, and whether it forbids arming."""
-    connected = batteries(topics)
-    if not connected or settings.cbrk_supply_chk == SUPPLY_CHECK_BROKEN:
+    battery = topics.battery_status
+    if not battery.connected or settings.cbrk_supply_chk == SUPPLY_CHECK_BROKEN:
         return
     findings.health_present |= Component.BATTERY
-    armed, warning = topics.vehicle_status.armed, max(battery.warning for battery in connected)
+    armed, warning = topics.vehicle_status.armed, battery.warning
     if armed:
         warning = max(warning, topics.failsafe_flags.battery_warning)
     findings.battery_warning = warning
     by_charge = not armed and settings.com_arm_bat_min >= 0.0
-    too_low = by_charge and min(battery.remaining for battery in connected) < settings.com_arm_bat_min
+    too_low = by_charge and battery.remaining < settings.com_arm_bat_min
     critical = warning >= WARNING_CRITICAL and not by_charge
     if warning or too_low:
         forbidden = ALL_MODES if critical or too_low else NO_MODE
         level, event, text = TOLD.get(warning, TOLD[WARNING_LOW])
         findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text, said_as=level)
-    _check_return(now_us, topics, findings, [battery.time_remaining_s for battery in connected])
-    if now_us - min(battery.timestamp for battery in connected) > SILENT_US:
+    _check_return(now_us, topics, findings, battery.time_remaining_s)
+    if now_us - battery.timestamp > SILENT_US:
         findings.battery_unhealthy = True
         text = "Preflight Fail: Battery unhealthy"
         findings.health_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, "check_battery_unhealthy", text=text)
 
 
-def _check_return(now_us: int, topics: Topics, findings: Findings, lasts_s: list[float]) -> None:
+def _check_return(now_us: int, topics: Topics, findings: Findings, lasts_s: float) -> None:
     """Whether the battery lasts for a return (rtlEstimateCheck)."""
-    way_home, known_s = topics.rtl_time_estimate, [each for each in lasts_s if math.isfinite(each)]
-    if not (known_s and way_home.valid and topics.vehicle_status.armed):
+    way_home = topics.rtl_time_estimate
+    if not (math.isfinite(lasts_s) and way_home.valid and topics.vehicle_status.armed):
         return
     factor = HYSTERESIS if topics.failsafe_flags.battery_low_remaining_time else 1.0
     is_fresh = now_us - way_home.timestamp < RETURN_KNOWN_US
-    if is_fresh and way_home.safe_time_estimate * factor >= min(known_s):
+    if is_fresh and way_home.safe_time_estimate * factor >= lasts_s:
         findings.battery_low_remaining_time = True
         event = "check_battery_rem_flight_time_low"
         findings.arming_check_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, event)

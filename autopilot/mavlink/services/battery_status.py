@@ -1,8 +1,9 @@
-"""BATTERY_STATUS of a component of this vehicle: a battery that tells of itself, beside the autopilot's own.
+"""BATTERY_STATUS of a component of this vehicle: a battery that tells of itself, in the place of the autopilot's own.
 
 https://mavlink.io/en/messages/common.html#BATTERY_STATUS, as PX4's handle_message_battery_status: only from the
 vehicle's own system; the voltage is that of its cells together, the warning follows from its charge (BAT_LOW_THR,
-BAT_CRIT_THR, BAT_EMERGEN_THR) where it knows that. Several of them are one to us.
+BAT_CRIT_THR, BAT_EMERGEN_THR) where it knows that. It is published as the first battery (mavlink_receiver.h), which
+the autopilot's own takes back with its next sample, unless that is not published at all (BAT1_SOURCE).
 """
 
 import math
@@ -23,7 +24,7 @@ UNKNOWN = -1
 
 
 class BatteryStatus:
-    """Writer of battery_status_outside."""
+    """Writer of battery_status, beside sensors/battery.py."""
 
     MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_BATTERY_STATUS})
     HAS_TIMER = False
@@ -48,7 +49,7 @@ class BatteryStatus:
         remaining = _known(message.battery_remaining)
         temperature_c = math.nan if message.temperature == NO_TEMPERATURE else message.temperature / 100.0
         left_s = float(message.time_remaining) if message.time_remaining > 0 else math.nan
-        self._topics.battery_status_outside = BatteryStatusSample(
+        self._topics.battery_status = BatteryStatusSample(
             now_us,
             True,
             voltage_v,

@@ -1,10 +1,10 @@
-"""BATTERY_STATUS: the batteries in detail, each in a message (PX4: streams/BATTERY_STATUS.hpp)."""
+"""BATTERY_STATUS: the battery in detail (PX4: streams/BATTERY_STATUS.hpp)."""
 
 import math
 from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.streams import Fields, new_ones
+from sitl_emu.autopilot.mavlink.streams import Fields
 from sitl_emu.autopilot.topics import BatteryStatus
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import product, truncated
@@ -26,16 +26,15 @@ UNKNOWN: Final = -1.0
 FUNCTION_ALL: Final = 1
 
 
-def since(context: Context, told: tuple[int, ...] | int) -> tuple[tuple[int, ...], list[Fields]]:
-    """Every battery that has said something since then: one that falls silent is not told any more."""
-    those = (context.topics.battery_status, context.topics.battery_status_outside)
-    stamps = tuple(battery.timestamp for battery in those)
-    return stamps, [_message(those[number]) for number in new_ones(stamps, told) if stamps[number]]
+def stamp(now_us: int, context: Context) -> int:
+    """Whenever somebody told of it."""
+    return context.topics.battery_status.timestamp
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Batteries are told as they speak."""
-    return None
+    """mV, cA, mAh, percent, 0.01 degC; fractions are cut off, but for the charge."""
+    battery = context.topics.battery_status
+    return _message(battery) if battery.timestamp else None
 
 
 def current_ca(current_a: float) -> int:
@@ -46,7 +45,6 @@ def current_ca(current_a: float) -> int:
 
 
 def _message(battery: BatteryStatus) -> Fields:
-    """mV, cA, mAh, percent, 0.01 degC; fractions are cut off, but for the charge."""
     which = (battery.id - 1 & UNKNOWN_ID, FUNCTION_ALL, LIPO)
     tail = (CHARGE_STATE[battery.warning], *(0,) * 6)
     if not battery.connected:

@@ -1,11 +1,10 @@
-"""SYS_STATUS: which sensors and systems are there and well, and the emptiest battery (PX4: streams/SYS_STATUS.hpp)."""
+"""SYS_STATUS: which sensors and systems are there and well, and the battery (PX4: streams/SYS_STATUS.hpp)."""
 
 import math
 from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields, battery_status
-from sitl_emu.autopilot.topics import BatteryStatus, batteries
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import product, truncated
 
@@ -16,7 +15,7 @@ UNKNOWN_VOLTAGE: Final = 65535
 def fields(now_us: int, context: Context) -> Fields:
     """Health as the commander reports it."""
     health = context.topics.health_report
-    battery = min(batteries(context.topics), key=lambda battery: battery.remaining, default=BatteryStatus())
+    battery = context.topics.battery_status
     voltage_mv, current_ca, remaining_pct = UNKNOWN_VOLTAGE, -1, -1
     if battery.connected:
         voltage_mv = min(max(truncated(product(battery.voltage_v, 1000.0)), 0), UNKNOWN_VOLTAGE)
