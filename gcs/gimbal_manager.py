@@ -106,7 +106,7 @@ class GimbalManager:
         return self._command(DO_GIMBAL_MANAGER_PITCHYAW, pitch_deg, yaw_deg, math.nan, math.nan, flags)
 
     def look_at(self, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> Command:
-        """Keep looking at a place, wherever the vehicle goes."""
+        """Look at a place from where the vehicle is; as it moves on, PX4 does not aim anew (output_mavlink.cpp)."""
         place = (round(lat_deg * 1e7), round(lon_deg * 1e7), alt_amsl_m)
         return Command(*self.target, DO_SET_ROI_LOCATION, (), place, FRAME_GLOBAL)
 
@@ -117,7 +117,10 @@ class GimbalManager:
     # --- set-points: sent as often as they change, and not acknowledged ----------------------------------------
 
     def turn(self, pitch_rate_deg_s: float, yaw_rate_deg_s: float) -> mavlink.MAVLink_message:
-        """Turn at these rates until the next set-point. By GIMBAL_MANAGER_SET_ATTITUDE: PX4 knows no SET_PITCHYAW."""
+        """Turn at these rates until the next set-point, for two seconds at most (PX4: output.cpp).
+
+        By GIMBAL_MANAGER_SET_ATTITUDE: PX4 knows no SET_PITCHYAW.
+        """
         rates = (0.0, math.radians(pitch_rate_deg_s), math.radians(yaw_rate_deg_s))
         return mavlink.MAVLink_gimbal_manager_set_attitude_message(*self.target, STABILIZED, 0, UNKNOWN_Q, *rates)
 

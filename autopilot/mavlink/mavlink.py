@@ -178,7 +178,7 @@ class Mavlink:
             onboard_computer_status.OnboardComputerStatus(topics),
             follow_target.FollowTarget(topics),
             velocity_limits.VelocityLimits(topics),
-            gimbal_manager.GimbalManager(topics, system_id),
+            gimbal_manager.GimbalManager(topics),
             global_position_sensor.GlobalPositionSensor(topics),
             gps_global_origin.GpsGlobalOrigin(modules.handle_command, system_id),
             timesync.Timesync(),

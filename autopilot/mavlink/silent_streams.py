@@ -15,7 +15,6 @@ SILENT: Mapping[str, Rates] = {
     "FIGURE_EIGHT_EXECUTION_STATUS": Rates(normal=5.0, onboard=5.0),
     "FUEL_STATUS": Rates(normal=1.0, onboard=1.0),
     "GIMBAL_DEVICE_ATTITUDE_STATUS": Rates(normal=5.0, onboard=5.0),
-    "GIMBAL_DEVICE_INFORMATION": Rates(),
     "GPS2_RAW": Rates(normal=1.0, onboard=UNLIMITED),
     "GPS_STATUS": Rates(normal=1.0, onboard=1.0),
     "HYGROMETER_SENSOR": Rates(normal=0.1, onboard=1.0),

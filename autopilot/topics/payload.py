@@ -53,16 +53,36 @@ class GimbalDeviceSetAttitude(NamedTuple):
 
 
 class GimbalDeviceInformation(NamedTuple):
-    """What a gimbal device said of itself; angles in rad. component 0: none was heard."""
+    """What a gimbal device said of itself; angles in rad. timestamp 0: none was heard.
 
-    component: int = 0
+    PX4 does not take the stops of the roll (handle_message_gimbal_device_information).
+    """
+
+    timestamp: int = 0
+    gimbal_device_id: int = 0
+    vendor_name: str = ""
+    model_name: str = ""
+    custom_name: str = ""
+    firmware_version: int = 0
+    hardware_version: int = 0
+    uid: int = 0
     cap_flags: int = 0
-    roll_min: float = NAN
-    roll_max: float = NAN
     pitch_min: float = NAN
     pitch_max: float = NAN
     yaw_min: float = NAN
     yaw_max: float = NAN
+
+
+class GimbalManagerInformation(NamedTuple):
+    """Writer: gimbal manager, when it finds a device."""
+
+    timestamp: int = 0
+    cap_flags: int = 0
+    pitch_min: float = NAN
+    pitch_max: float = NAN
+    yaw_min: float = NAN
+    yaw_max: float = NAN
+    gimbal_device_id: int = 0
 
 
 class GimbalDeviceAttitudeStatus(NamedTuple):

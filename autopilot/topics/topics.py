@@ -104,6 +104,7 @@ from sitl_emu.autopilot.topics.payload import (
     GimbalDeviceAttitudeStatus,
     GimbalDeviceInformation,
     GimbalDeviceSetAttitude,
+    GimbalManagerInformation,
     GimbalManagerSetAttitude,
     GimbalManagerStatus,
     Gripper,
@@ -211,6 +212,7 @@ class Topics:
         self.gimbal_device_set_attitude = GimbalDeviceSetAttitude()
         self.gimbal_device_information = GimbalDeviceInformation()
         self.gimbal_device_attitude_status = GimbalDeviceAttitudeStatus()
+        self.gimbal_manager_information = GimbalManagerInformation()
         self.gimbal_manager_status = GimbalManagerStatus()
         self.mission_result = MissionResult()
         self.geofence_result = GeofenceResult()

@@ -11,13 +11,19 @@ from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_DENIED, CommandResult
 from sitl_emu.autopilot.mavlink.mavlink import Mavlink, Modules
 from sitl_emu.autopilot.payload.gimbal import Gimbal as GimbalManager
-from sitl_emu.autopilot.topics import VehicleAttitude, VehicleCommand, VehicleGlobalPosition, VehicleRoi
+from sitl_emu.autopilot.topics import (
+    GimbalDeviceInformation,
+    VehicleAttitude,
+    VehicleCommand,
+    VehicleGlobalPosition,
+    VehicleRoi,
+)
 from sitl_emu.components.gimbal import Gimbal
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler, quaternion
 from tests.typed import present
 
-from .mavlink_peer import Peer, only
+from .mavlink_peer import GIMBAL, Peer, command_long, only
 
 CONFIGURE, PITCHYAW, MOUNT_CONTROL, REQUEST_MESSAGE = 1001, 1000, 205, 512
 DATA = present(vehicles.load("m600").gimbal)
@@ -72,7 +78,7 @@ class Rig(Peer):
 
 def test_the_manager_finds_the_device_and_tells_its_stops() -> None:
     rig = Rig()
-    assert rig.topics.gimbal_device_information.component == 154
+    assert rig.topics.gimbal_device_information.gimbal_device_id == 154
     said = rig.send(mavlink.MAVLink_command_long_message(1, 1, REQUEST_MESSAGE, 0, 280, 0, 0, 0, 0, 0, 0))
     information = only(said, "GIMBAL_MANAGER_INFORMATION")[0]
     assert information.gimbal_device_id == 154
@@ -159,6 +165,93 @@ def turn(pitch_rate: float, yaw_rate: float) -> Any:
     return mavlink.MAVLink_gimbal_manager_set_attitude_message(1, 1, 0, 0, q, 0.0, pitch_rate, yaw_rate)
 
 
+def test_what_the_device_is_told() -> None:
+    """OutputMavlinkV2::_publish_gimbal_device_set_attitude, from what InputMavlinkGimbalV2 makes of commands."""
+    rig, nan = Rig(), math.nan
+    rig.take_control()
+
+    def told() -> tuple[Any, Any, Any]:
+        rig.manager.update(rig.now_us)
+        wanted = rig.topics.gimbal_device_set_attitude
+        return wanted.flags, tuple(round(math.degrees(angle)) for angle in euler(wanted.q)), wanted.angular_velocity
+
+    wanted = rig.topics.gimbal_device_set_attitude
+    assert (wanted.target_component, wanted.flags) == (154, 4 | 8 | 32), "roll and pitch locked, yaw with the vehicle"
+    assert all(math.isnan(value) for value in (*wanted.q, *wanted.angular_velocity))
+    rig.ask(PITCHYAW, -30, 20, nan, nan, 0)
+    assert told()[:2] == (32, (0, -30, 20))
+    rig.ask(PITCHYAW, -30, 20, nan, nan, 16)
+    assert told()[:2] == (16 | 64, (0, -30, 20)), "against north"
+    rig.ask(PITCHYAW, nan, 45, 0, nan, 12)
+    flags, angles, rates = told()
+    assert (flags, angles) == (4 | 8 | 32, (0, 0, 45)), "no pitch is one of 0"
+    assert math.isnan(rates[0]) and rates[1] == 0.0 and math.isnan(rates[2])
+    rig.ask(MOUNT_CONTROL, -10.0, 0, 200.0, 0, 0, 0, 2)
+    assert told()[:2] == (4 | 8 | 32, (0, -10, -160))
+    assert rig.topics.gimbal_device_set_attitude.q == pytest.approx(
+        quaternion(0.0, math.radians(-10), math.radians(-160))
+    )
+    rig.ask(204, 2, 0, 0, 0, 0, 1, 2)
+    assert told()[:2] == (8 | 16 | 64, (0, -10, -160)), "body, as it was, and north"
+    rig.ask(MOUNT_CONTROL, 0, 0, 0, 0, 0, 0, mavlink.MAV_MOUNT_MODE_NEUTRAL)
+    assert told()[:2] == (32, (0, 0, 0))
+
+
+def test_rates_that_nobody_renews_end_after_two_seconds() -> None:
+    """OutputBase::check_and_handle_setpoint_timeout."""
+    rig = Rig()
+    rig.take_control()
+    rig.send(turn(0.1, 0.2))
+    rig.run(1.9)
+    assert rig.topics.gimbal_device_set_attitude.angular_velocity == pytest.approx((0.0, 0.1, 0.2))
+    rig.run(0.2)
+    assert rig.topics.gimbal_device_set_attitude.angular_velocity == (0.0, 0.0, 0.0)
+
+
+def test_of_manual_control_both_rates_are_wanted_or_neither_whatever_the_target() -> None:
+    rig, nan = Rig(), math.nan
+    rig.take_control()
+    for rates, turns in (((0.5, 0.5), True), ((0.5, nan), False)):
+        rig.send(mavlink.MAVLink_gimbal_manager_set_manual_control_message(7, 9, 0, 0, nan, nan, *rates))
+        rig.run(0.1)
+        told = rig.topics.gimbal_device_set_attitude.angular_velocity
+        assert [math.isfinite(rate) for rate in told] == [turns] * 3
+
+
+def test_before_a_gimbal_is_found_nobody_is_told_where_to_look() -> None:
+    rig = Rig()
+    rig.topics.gimbal_device_information = GimbalDeviceInformation()
+    for _ in range(3):
+        rig.manager.update(rig.now_us)
+    assert rig.topics.gimbal_device_set_attitude.target_component == 0
+
+
+def test_the_manager_tells_when_it_found_the_device() -> None:
+    rig = Rig()
+    for _ in range(2):
+        rig.run(1.0)
+        (told,) = only(rig.send(command_long(REQUEST_MESSAGE, 280)), "GIMBAL_MANAGER_INFORMATION")
+        assert told.time_boot_ms == 40
+
+
+def test_what_any_component_says_of_its_gimbal_is_told_again() -> None:
+    """Without a gimbal manager as well (handle_message_gimbal_device_information)."""
+    peer = Peer(system=7, component=171)
+    peer.now_us = 5_000_000
+    peer.send(
+        mavlink.MAVLink_gimbal_device_information_message(
+            1, b"ACME", b"MODEL", b"CUSTOM", 3, 4, 5, 127, 9, -0.1, 0.1, -1.5, 0.5, -3.0, 3.0
+        ),
+        GIMBAL,
+    )
+    heard = only(peer.send(command_long(REQUEST_MESSAGE, 283)), "GIMBAL_DEVICE_INFORMATION")[0]
+    assert (heard.vendor_name, heard.model_name, heard.custom_name) == ("ACME", "MODEL", "CUSTOM")
+    assert (heard.time_boot_ms, heard.firmware_version, heard.hardware_version, heard.uid) == (5000, 3, 4, 5)
+    assert (heard.cap_flags, heard.custom_cap_flags, heard.gimbal_device_id) == (127, 0, 171)
+    assert (heard.roll_min, heard.roll_max, heard.pitch_min, heard.yaw_max) == (0.0, 0.0, -1.5, 3.0)
+    assert not only(peer.send(command_long(REQUEST_MESSAGE, 280)), "GIMBAL_MANAGER_INFORMATION")
+
+
 def test_the_message_of_pitch_and_yaw_moves_nothing() -> None:
     """PX4 v1.18 takes the command alone (mavlink_receiver.cpp)."""
     rig = Rig()
@@ -173,8 +266,9 @@ def test_the_message_of_pitch_and_yaw_moves_nothing() -> None:
 def test_it_stops_at_its_stops() -> None:
     rig = Rig()
     rig.take_control()
-    rig.send(turn(1.0, 0.0))
-    rig.run(5.0)
+    for _ in range(3):  # one that is not renewed ends after two seconds
+        rig.send(turn(1.0, 0.0))
+        rig.run(1.7)
     assert rig.looks()[1] == pytest.approx(DATA.pitch_max_deg, abs=0.1)
 
 
@@ -225,6 +319,9 @@ def test_a_region_of_interest_needs_no_control() -> None:
     rig.topics.vehicle_roi = VehicleRoi(3, 47.0, 8.0 + 20.0 / (111_195.0 * math.cos(math.radians(47.0))), 500.0)
     rig.run(3.0)
     assert rig.looks() == pytest.approx((0.0, -45.0, 90.0), abs=0.2)
+    rig.topics.vehicle_global_position = here._replace(alt=560.0)
+    rig.run(1.0)
+    assert rig.looks()[1] == pytest.approx(-45.0, abs=0.2), "PX4 aims when it is told to, not as the vehicle moves"
     rig.topics.vehicle_roi = VehicleRoi(2)  # a waypoint's index: PX4 knows nothing about it
     rig.run(1.0)
     assert rig.looks()[1] == pytest.approx(-45.0, abs=0.2)

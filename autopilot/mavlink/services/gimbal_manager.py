@@ -1,17 +1,16 @@
 """Gimbal protocol v2, the autopilot's half: set-points of ground stations in, and what gimbal devices say.
 
 https://mavlink.io/en/services/gimbal_v2.html. Whether a set-point is obeyed, the manager decides
-(autopilot/payload/gimbal.py); commands come to it as all commands do. GIMBAL_MANAGER_SET_PITCHYAW PX4 v1.18 does not
-know (mavlink_receiver.cpp), its command it does.
+(autopilot/payload/gimbal.py), whatever its target; commands come to it as all commands do. GIMBAL_MANAGER_SET_PITCHYAW
+PX4 v1.18 does not know (mavlink_receiver.cpp), its command it does.
 """
 
 import math
 from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.mavlink.services.service import is_for
 from sitl_emu.autopilot.topics import (
-    NAN,
+    NAN3,
     GimbalDeviceAttitudeStatus,
     GimbalDeviceInformation,
     GimbalManagerSetAttitude,
@@ -32,10 +31,9 @@ class GimbalManager:
     MESSAGES: ClassVar[frozenset[int]] = frozenset({SET_ATTITUDE, SET_MANUAL, INFORMATION, ATTITUDE_STATUS})
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics, system_id: int) -> None:
+    def __init__(self, topics: Topics) -> None:
         """Writes into `topics`."""
         self._topics = topics
-        self._system_id = system_id
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Keep what it says."""
@@ -44,22 +42,26 @@ class GimbalManager:
             w, x, y, z = message.q
             self._topics.gimbal_device_attitude_status = GimbalDeviceAttitudeStatus(now_us, message.flags, (w, x, y, z))
         elif message_id == INFORMATION:
-            if message.get_srcSystem() == self._system_id:
-                self._topics.gimbal_device_information = information(message)
-        elif is_for(message, self._system_id, broadcast=True):
+            self._topics.gimbal_device_information = information(now_us, message)
+        else:
             self._topics.gimbal_manager_set_attitude = set_attitude(now_us, message)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
 
 
-def information(message: Any) -> GimbalDeviceInformation:
-    """Of a GIMBAL_DEVICE_INFORMATION: the component that speaks, what it can, and its stops."""
+def information(now_us: int, message: Any) -> GimbalDeviceInformation:
+    """Of a GIMBAL_DEVICE_INFORMATION, whoever's: the component that speaks, what it can, and its stops."""
     return GimbalDeviceInformation(
+        now_us,
         message.get_srcComponent(),
+        message.vendor_name,
+        message.model_name,
+        message.custom_name,
+        message.firmware_version,
+        message.hardware_version,
+        message.uid,
         message.cap_flags,
-        message.roll_min,
-        message.roll_max,
         message.pitch_min,
         message.pitch_max,
         message.yaw_min,
@@ -68,18 +70,21 @@ def information(message: Any) -> GimbalDeviceInformation:
 
 
 def set_attitude(now_us: int, message: Any) -> GimbalManagerSetAttitude:
-    """Of one of the two messages that point a gimbal; angles and rates that are NaN are not wanted."""
+    """Of one of the two messages that point a gimbal; angles and rates that are NaN are not wanted.
+
+    Of manual control both angles or rates are wanted, or neither (InputMavlinkGimbalV2::_process_set_manual_control).
+    """
     origin = (message.get_srcSystem(), message.get_srcComponent())
     if message.get_msgId() == SET_ATTITUDE:
         w, x, y, z = message.q
         rates = (message.angular_velocity_x, message.angular_velocity_y, message.angular_velocity_z)
         return GimbalManagerSetAttitude(now_us, *origin, message.flags, (w, x, y, z), rates)
-    rate_x = 0.0 if math.isfinite(message.pitch_rate) and math.isfinite(message.yaw_rate) else NAN
+    turns = math.isfinite(message.pitch_rate) and math.isfinite(message.yaw_rate)
     return GimbalManagerSetAttitude(
         now_us,
         *origin,
         message.flags,
         quaternion(0.0, message.pitch, message.yaw),
-        (rate_x, message.pitch_rate, message.yaw_rate),
+        (0.0, message.pitch_rate, message.yaw_rate) if turns else NAN3,
         True,
     )

@@ -8,7 +8,7 @@ ID = mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_SET_ATTITUDE
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Nothing before a gimbal was found; then the last, new or not."""
+    """Nothing without a gimbal manager; else the last, new or not, to nobody (0) before a gimbal was found."""
     wanted = context.topics.gimbal_device_set_attitude
     if not wanted.timestamp:
         return None

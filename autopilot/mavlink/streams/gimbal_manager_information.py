@@ -12,9 +12,9 @@ NO_ROLL: Final = (0.0, 0.0)
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Nothing before a gimbal was found. Angles in rad; flags as the device has them (input_mavlink.cpp)."""
-    device = context.topics.gimbal_device_information
-    if not device.component:
+    """Nothing before the manager found a gimbal, the last then. Angles in rad; flags as the device has them."""
+    information = context.topics.gimbal_manager_information
+    if not information.timestamp:
         return None
-    stops = (*NO_ROLL, device.pitch_min, device.pitch_max, device.yaw_min, device.yaw_max)
-    return (now_us // 1000, device.cap_flags, *stops, device.component)
+    stops = (*NO_ROLL, information.pitch_min, information.pitch_max, information.yaw_min, information.yaw_max)
+    return (information.timestamp // 1000, information.cap_flags, *stops, information.gimbal_device_id)

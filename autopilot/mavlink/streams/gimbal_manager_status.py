@@ -9,9 +9,9 @@ NO_SECONDARY = (0, 0)
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Nothing before a gimbal was found; then the last, new or not."""
+    """Nothing before a gimbal spoke; then the last, new or not."""
     status = context.topics.gimbal_manager_status
     if not status.timestamp:
         return None
     primary = (status.primary_control_sysid, status.primary_control_compid)
-    return (now_us // 1000, status.flags, status.gimbal_device_id, *primary, *NO_SECONDARY)
+    return (status.timestamp // 1000, status.flags, status.gimbal_device_id, *primary, *NO_SECONDARY)
