@@ -177,7 +177,7 @@ class Autopilot:
         """Those that PX4's start-up script starts for this airframe (rcS)."""
         modules: list[StartedModule] = [*self.control.started]
         if self.parameters["TRIG_MODE"] > 0:
-            modules.append(CameraTrigger(self.topics, self.parameters, self.outgoing))
+            modules.append(CameraTrigger(self.topics, self.parameters))
         if self.parameters["MNT_MODE_IN"] >= 0:
             modules.append(Gimbal(self.topics, self.parameters, self.outgoing))
         return tuple(modules)

@@ -1,13 +1,17 @@
 """What a stream sees when it makes its message: the topics, the parameters it needs, and the date of boot."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from sitl_emu.autopilot.constants import MOST_ROTORS
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.storage.dataman import Dataman
-from sitl_emu.autopilot.topics import ActuatorOutputs, Topics
+from sitl_emu.autopilot.topics import ActuatorOutputs, Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
+
+if TYPE_CHECKING:
+    from sitl_emu.autopilot.mavlink.link import Link
 
 BOOT_UNIX_US: Final = 1_767_225_600_000_000
 """2026-01-01T00:00:00Z: the date of boot where nobody sets another."""
@@ -23,6 +27,8 @@ class Context:
         self.parameters = parameters
         self.dataman = dataman
         self.boot_unix_us = BOOT_UNIX_US
+        self.send_command: Callable[[int, VehicleCommand, Link], None] | None = None
+        """Sends a command on one link, and again until it is answered there; None: there is nobody who does."""
         self.system_id = int(parameters["MAV_SYS_ID"])
         """As it was at boot: a change takes effect with the next one."""
         self._version = -1

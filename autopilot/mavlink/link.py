@@ -39,9 +39,15 @@ class Schedulable:
 
     name: str
     codec: Codec
+    has_sequel: bool
+    """Whether it has more to send after its message."""
 
     def payloads(self, now_us: int, link: "Link") -> tuple[bytes, ...]:
         """Payloads to send now; empty when there is nothing to say."""
+        raise NotImplementedError
+
+    def sent(self, now_us: int, link: "Link") -> None:
+        """Its message was sent."""
         raise NotImplementedError
 
     def forget(self, link: "Link") -> None:
@@ -222,6 +228,8 @@ class Link:
                     item.parts = len(payloads)
                     for payload in payloads:
                         self.send_payload(stream.codec, payload)
+                    if stream.has_sequel:
+                        stream.sent(now_us, self)
                     interval_us = item.interval_us
                     nominal_us = item.nominal_us + interval_us
                     if nominal_us + (interval_us >> 1) < now_us or item.nominal_us > now_us:

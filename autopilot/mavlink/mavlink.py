@@ -117,6 +117,7 @@ class Mavlink:
         self._all_links: tuple[Link, ...] = self.links
         self._streams: dict[str, Stream] = {}
         self._analysing: list[Stream] = []
+        self._triggered = topics.camera_trigger
         for link in self.links:
             self._start_streams(link)
         self._intervals = message_interval.MessageInterval(self.stream)
@@ -142,8 +143,10 @@ class Mavlink:
         """All services, in the order in which they hear and speak."""
         system_id = self.system_id
         streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), modules.logger)
+        sender = command_sender.CommandSender(lambda: self._all_links, outgoing, system_id, topics)
+        self.context.send_command = sender.send
         return (
-            command_sender.CommandSender(lambda: self._all_links, outgoing, system_id, topics),
+            sender,
             command.Command(
                 self.links,
                 (message_request.MessageRequest(self.stream), self._intervals, streaming),
@@ -238,6 +241,11 @@ class Mavlink:
             service.on_time(now_us)
         for stream in self._analysing:
             stream.analyse()
+        trigger = self.context.topics.camera_trigger
+        if trigger is not self._triggered:
+            self._triggered = trigger
+            for link in self._all_links:
+                link.hurry(mavlink.MAVLINK_MSG_ID_CAMERA_TRIGGER)  # however long its stream had nothing to say
         for wire in self._wires:
             wire.link.update_streams(now_us)
         if self._wires:

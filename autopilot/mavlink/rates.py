@@ -96,7 +96,8 @@ def by_mode(streams: Mapping[str, Rates]) -> dict[str, dict[str, float]]:
     return {"normal": normal, "onboard": onboard, "onboard_low_bandwidth": onboard, "gimbal": gimbal, "wire": {}}
 
 
-RATES = by_mode(STREAMS)
+RATES = {**by_mode(STREAMS), "wire": {"CAMERA_TRIGGER": UNLIMITED}}
+"""A camera on a wire of ours is asked for images as one on a link in onboard mode is."""
 CONSTANT = frozenset(name for name, row in STREAMS.items() if row.constant)
 DATA_RATE_BYTES_PER_S = {"onboard_low_bandwidth": 4000.0}
 """Limited links by mode; the others' limits (4 MB/s) are never reached."""

@@ -23,9 +23,12 @@ class Stream(Schedulable):
         self._requested = getattr(module, "requested", None)
         self._at_once = bool(getattr(module, "AT_ONCE", False))
         self._per_link = bool(getattr(module, "PER_LINK", False))
+        self._sent: Any = getattr(module, "sent", None)
+        self.has_sequel = self._sent is not None
+        self._sent_counts: dict[str, int] = {}
+        """By the name of the link, as are those below."""
         self._analysis: Any = getattr(module, "Analysis", None)
         self._analyses: dict[str, Any] = {}
-        """By the name of the link."""
         self._context = context
         self._made_us = -1
         self._payloads: tuple[bytes, ...] = ()
@@ -47,6 +50,13 @@ class Stream(Schedulable):
             self._sent_stamps[link.name] = stamp
         return self.latest(now_us)
 
+    def sent(self, now_us: int, link: Link) -> None:
+        """Its message was sent on a link."""
+        if self._sent is not None:
+            count = self._sent_counts.get(link.name, 0)
+            self._sent_counts[link.name] = count + 1
+            self._sent(now_us, self._context, link, count)
+
     def begin(self, now_us: int, link: Link) -> bool:
         """The stream is there on a link from now on; whether that alone sends its message."""
         if self._at_once:
@@ -57,6 +67,7 @@ class Stream(Schedulable):
     def forget(self, link: Link) -> None:
         """What was sent on a link is no longer known: the stream was switched off there."""
         self._sent_stamps.pop(link.name, None)
+        self._sent_counts.pop(link.name, None)
         self._analyses.pop(link.name, None)
 
     @property

@@ -1,9 +1,8 @@
 """When the camera is to take an image: once, by distance, by time. PX4's camera_trigger and camera_feedback (v1.18).
 
 Runs where TRIG_MODE is above 0 at boot (rcS). TRIG_MODE 1 counts time and 4 distance, once a command has switched it
-on; 2 and 3 do so from the start. An image is asked of the camera, component 100, by IMAGE_START_CAPTURE with a sequence
-number (streams/CAMERA_TRIGGER.hpp); that it was asked is told by CAMERA_TRIGGER, and where the vehicle was by
-CAMERA_IMAGE_CAPTURED of the autopilot, once it knows that.
+on; 2 and 3 do so from the start. That an image is wanted is told by CAMERA_TRIGGER, whose stream also asks the cameras
+on its link for it; and where the vehicle was by CAMERA_IMAGE_CAPTURED of the autopilot, once it knows that.
 
 Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and feedback from a camera's pin.
 """
@@ -11,7 +10,6 @@ Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and f
 import math
 from typing import ClassVar
 
-from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
 from sitl_emu.autopilot.parameters import Parameters
@@ -22,8 +20,6 @@ from sitl_emu.core.c_types import truncated
 
 OFF, TIME_ON_COMMAND, TIME_ALWAYS, DISTANCE_ALWAYS, DISTANCE_ON_COMMAND = range(5)
 """TRIG_MODE."""
-CAMERA = mavlink.MAV_COMP_ID_CAMERA
-NAN = math.nan
 UNKNOWN_GROUND_M = -1.0
 GIMBAL_SILENT_US = 1_000_000
 """CameraFeedback::Run."""
@@ -38,11 +34,9 @@ class CameraTrigger:
 
     COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.CAMERA_TRIGGER)
 
-    def __init__(self, topics: Topics, parameters: Parameters, outgoing: OutgoingCommands) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters) -> None:
         """Only for a vehicle whose TRIG_MODE is above 0."""
         self._topics = topics
-        self._outgoing = outgoing
-        self._system_id = int(parameters["MAV_SYS_ID"])
         self._mode = int(parameters["TRIG_MODE"])
         self._distance_m = float(parameters["TRIG_DISTANCE"])
         self._interval_s = float(parameters["TRIG_INTERVAL"]) * 1e-3
@@ -123,9 +117,6 @@ class CameraTrigger:
                 now_us, sequence, position.lat, position.lon, position.alt, ground_m, self._camera_attitude(now_us)
             )
         self._sequence += 1
-        give, system = self._outgoing.give, self._system_id
-        take_one = (mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, float(self._sequence), NAN, NAN, NAN)
-        give(VehicleCommand(*take_one, target_system=system, target_component=CAMERA, from_external=False))
 
     def _camera_attitude(self, now_us: int) -> Quaternion:
         """The gimbal's while it tells of it, about the north or the vehicle's nose; else the vehicle's."""

@@ -119,6 +119,7 @@ from sitl_emu.autopilot.topics.outside import (
 )
 from sitl_emu.autopilot.topics.payload import (
     CameraCapture,
+    CameraStatus,
     CameraTriggered,
     GimbalDeviceAttitudeStatus,
     GimbalDeviceInformation,
@@ -184,6 +185,7 @@ __all__ = [
     "AuxGlobalPosition",
     "BatteryStatus",
     "CameraCapture",
+    "CameraStatus",
     "CameraTriggered",
     "CommandRecord",
     "CommandTold",

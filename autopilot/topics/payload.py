@@ -18,6 +18,14 @@ class CameraTriggered(NamedTuple):
     seq: int = 0
 
 
+class CameraStatus(NamedTuple):
+    """The camera whose HEARTBEAT was heard last; 0 when none ever was. Writer: mavlink/services/heartbeat.py."""
+
+    timestamp: int = 0
+    active_sys_id: int = 0
+    active_comp_id: int = 0
+
+
 class CameraCapture(NamedTuple):
     """uORB camera_capture: where the vehicle was; ground_distance is the height above the terrain, -1 not known."""
 

@@ -100,6 +100,7 @@ from sitl_emu.autopilot.topics.outside import (
 )
 from sitl_emu.autopilot.topics.payload import (
     CameraCapture,
+    CameraStatus,
     CameraTriggered,
     GimbalDeviceAttitudeStatus,
     GimbalDeviceInformation,
@@ -208,6 +209,7 @@ class Topics:
         self.vehicle_roi = VehicleRoi()
         self.camera_trigger = CameraTriggered()
         self.camera_capture = CameraCapture()
+        self.camera_status = CameraStatus()
         self.gimbal_manager_set_attitude = GimbalManagerSetAttitude()
         self.gimbal_device_set_attitude = GimbalDeviceSetAttitude()
         self.gimbal_device_information = GimbalDeviceInformation()

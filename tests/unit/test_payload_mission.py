@@ -15,7 +15,7 @@ from sitl_emu.autopilot.mavlink.mavlink import Mavlink, Modules
 from sitl_emu.autopilot.navigator.navigator import Navigator
 from sitl_emu.autopilot.navigator.payload import command_of
 from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
-from sitl_emu.autopilot.topics import GimbalDeviceAttitudeStatus, VehicleCommand
+from sitl_emu.autopilot.topics import CameraStatus, GimbalDeviceAttitudeStatus, VehicleCommand
 from sitl_emu.components.camera import Camera
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
@@ -39,7 +39,7 @@ class Rig(FakeVehicle):
         super().__init__(TRIG_MODE=4, TRIG_INTERFACE=3, MAV_SYS_ID=1, **parameters)
         outgoing = OutgoingCommands()
         self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, self.events.send, outgoing)
-        self.trigger = CameraTrigger(self.topics, self.parameters, outgoing)
+        self.trigger = CameraTrigger(self.topics, self.parameters)
         self.mavlink = Mavlink(
             self.topics,
             self.parameters,
@@ -139,14 +139,41 @@ def test_a_mission_that_is_left_stops_the_series() -> None:
     assert len(rig.images()) == before
 
 
-def test_without_a_camera_the_command_is_repeated_three_times() -> None:
+def test_six_cameras_are_asked_on_the_links_that_tell_of_it_and_the_first_is_asked_again() -> None:
+    """streams/CAMERA_TRIGGER.hpp; of commands that are given in one moment the first alone is repeated."""
     rig = Rig()
     rig.mavlink._wires.clear()
+    rig.run(1.0)
+    rig.topics.camera_status = CameraStatus()
+    for shot in range(2):
+        rig.onboard.clear()
+        rig.trigger.handle_command(rig.now_us, VehicleCommand(DIGICAM, param5=1.0))
+        rig.run(5.0)
+        told = [m for m in rig.onboard if m.get_type() in ("CAMERA_TRIGGER", "COMMAND_LONG")]
+        assert told[0].get_type() == "CAMERA_TRIGGER"
+        asked = [(m.command, m.target_system, m.target_component, m.confirmation) for m in told[1:]]
+        both = [[(IMAGE_START, 1, camera, 0), (DIGICAM, 0, camera, 0)] for camera in range(CAMERA, CAMERA + 6)]
+        assert asked[:12] == list(itertools.chain(*both))
+        assert asked[12:] == [(IMAGE_START, 1, CAMERA, confirmation) for confirmation in (1, 2, 3)]
+        take_one = [m for m in told[1:13] if m.command == IMAGE_START]
+        assert [(m.param1, m.param2, m.param3, m.param4) for m in take_one] == [
+            (0.0, 0.0, 1.0, shot * 6 + number) for number in range(1, 7)
+        ]
+        assert {m.param5 for m in told if m.get_type() == "COMMAND_LONG" and m.command == DIGICAM} == {1.0}
+    assert not only(rig.heard, "COMMAND_LONG") and not only(rig.heard, "CAMERA_TRIGGER")
+
+
+def test_a_camera_is_asked_in_its_system_and_answers_once() -> None:
+    rig = Rig()
+    rig.run(1.5)
+    assert (rig.topics.camera_status.active_sys_id, rig.topics.camera_status.active_comp_id) == (1, CAMERA)
+    rig.onboard.clear()
     rig.trigger.handle_command(rig.now_us, VehicleCommand(DIGICAM, param5=1.0))
-    rig.run(5.0)
-    asked = [m for m in only(rig.heard, "COMMAND_LONG") if m.command == IMAGE_START]
-    assert [m.confirmation for m in asked] == [0, 1, 2, 3]
-    assert {(m.target_system, m.target_component, m.param3, m.param4) for m in asked} == {(1, CAMERA, 1.0, 1.0)}
+    rig.step()
+    assert {m.target_system for m in only(rig.onboard, "COMMAND_LONG")} == {1}
+    rig.run(3.0)
+    assert len(only(rig.onboard, "COMMAND_LONG")) == 12, "nothing is repeated"
+    assert len(rig.images()) == 1
 
 
 def test_an_image_is_told_above_the_terrain_and_as_the_gimbal_looks() -> None:
@@ -243,7 +270,7 @@ def test_which_camera_takes_images(params: tuple[float, ...], sent: tuple[int, i
 def test_by_time_and_by_command() -> None:
     rig = Rig()
     rig.parameters.set("TRIG_MODE", 1)
-    trigger = rig.trigger = CameraTrigger(rig.topics, rig.parameters, OutgoingCommands())
+    trigger = rig.trigger = CameraTrigger(rig.topics, rig.parameters)
     trigger.handle_command(0, VehicleCommand(214, param1=500.0))
     trigger.handle_command(0, VehicleCommand(2003, param1=1.0, param2=1.0, param3=0.0))
     rig.run(2.0)

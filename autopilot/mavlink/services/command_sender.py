@@ -1,8 +1,9 @@
 """Commands of the autopilot to others: COMMAND_LONG out on every link, repeated until a COMMAND_ACK comes.
 
-As PX4's MavlinkCommandSender (v1.18): sent on all links at once, again with the next confirmation, at most three times
-more; an ack for it from its target, on any link, ends that. So a mission's camera items reach the camera wherever it
-is. Of commands that are given in one moment the first alone is repeated, as PX4 tells them apart by their time.
+As PX4's MavlinkCommandSender (v1.18): sent on all links at once (by a stream on its own alone), again with the next
+confirmation, at most three times more; an ack for it from its target, on any of them, ends that. So a mission's camera
+items reach the camera wherever it is. Of commands that are given in one moment the first alone is repeated, as PX4
+tells them apart by their time.
 
 Of PX4's links one begins each round of repetitions when 0.5 s have passed, and the others join when they have passed
 once more; which one begins is chance, often that to SIH's display. Here nobody begins early: all join.
@@ -33,8 +34,12 @@ class Sent:
     """A command under way."""
 
     command: VehicleCommand
-    retries: int
+    given_us: int
+    links: list[Link]
     again_us: int
+    retries: int = 0
+    answered: bool = False
+    """Kept until it would be repeated, as links may still come to send it."""
 
 
 class CommandSender:
@@ -72,12 +77,26 @@ class CommandSender:
         for sent in self._under_way:
             command = sent.command
             if (
-                command.command == message.command
+                link in sent.links
+                and not sent.answered
+                and command.command == message.command
                 and command.target_system in (0, message.get_srcSystem())
                 and command.target_component in (0, message.get_srcComponent())
             ):
-                self._under_way.remove(sent)
+                sent.answered = True
                 return
+
+    def send(self, now_us: int, command: VehicleCommand, link: Link) -> None:
+        """Send a command on one link, and see that it is answered."""
+        _write(command, 0, link)
+        for sent in self._under_way:
+            if sent.given_us == now_us:
+                if link not in sent.links:
+                    sent.links.append(link)
+                return
+        again_us = now_us + FIRST_RETRY_US
+        self._under_way = [*self._under_way[1 - TRACKED :], Sent(command, now_us, [link], again_us)]
+        self._again_us = min(self._again_us, again_us)
 
     def on_time(self, now_us: int) -> None:
         """New commands, and those to be repeated."""
@@ -85,12 +104,10 @@ class CommandSender:
             waiting = self._outgoing.waiting[:]
             self._outgoing.waiting.clear()
             for command in waiting:
-                self._send(command, 0)
+                for link in self._links():
+                    self.send(now_us, command, link)
                 own = command._replace(source_system=self._system_id, source_component=AUTOPILOT_COMPONENT)
                 tell(self._topics, now_us, own)
-            again_us = now_us + FIRST_RETRY_US
-            self._under_way = [*self._under_way[1 - TRACKED :], Sent(waiting[0], 0, again_us)]
-            self._again_us = min(self._again_us, again_us)
         if now_us >= self._again_us:
             self._repeat(now_us)
 
@@ -98,21 +115,22 @@ class CommandSender:
         for sent in self._under_way[:]:
             if now_us < sent.again_us:
                 continue
-            if sent.retries == RETRIES:
+            if sent.answered or sent.retries == RETRIES:
                 self._under_way.remove(sent)
                 continue
             sent.retries += 1
             sent.again_us = now_us + RETRY_US
-            self._send(sent.command, sent.retries)
+            for link in sent.links:
+                _write(sent.command, sent.retries, link)
         self._again_us = min((sent.again_us for sent in self._under_way), default=NEVER_US)
 
-    def _send(self, command: VehicleCommand, confirmation: int) -> None:
-        for link in self._links():
-            link.send_fields(
-                mavlink.MAVLINK_MSG_ID_COMMAND_LONG,
-                *command[1:8],
-                command.command,
-                command.target_system,
-                command.target_component,
-                confirmation,
-            )
+
+def _write(command: VehicleCommand, confirmation: int, link: Link) -> None:
+    link.send_fields(
+        mavlink.MAVLINK_MSG_ID_COMMAND_LONG,
+        *command[1:8],
+        command.command,
+        command.target_system,
+        command.target_component,
+        confirmation,
+    )

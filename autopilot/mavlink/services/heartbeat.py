@@ -7,7 +7,7 @@ Ground stations may have any system id; everybody else counts only with the vehi
 from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.topics import Topics
+from sitl_emu.autopilot.topics import CameraStatus, Topics
 from sitl_emu.core import dialect as mavlink
 
 HEALTHY = (mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_ACTIVE)
@@ -16,7 +16,7 @@ TRAFFIC_RECEIVERS = (mavlink.MAV_TYPE_ADSB, mavlink.MAV_TYPE_FLARM)
 
 
 class Heartbeat:
-    """Writer of topics.gcs_heartbeats; tells a link of its ground station."""
+    """Writer of topics.gcs_heartbeats and camera_status; tells a link of its ground station."""
 
     MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT})
     HAS_TIMER = False
@@ -43,6 +43,8 @@ class Heartbeat:
             heartbeats = heartbeats._replace(open_drone_id_us=now_us, open_drone_id_healthy=healthy)
         elif kind in TRAFFIC_RECEIVERS:
             heartbeats = heartbeats._replace(adsb_us=now_us)
+        elif kind == mavlink.MAV_TYPE_CAMERA:
+            self._topics.camera_status = CameraStatus(now_us, message.get_srcSystem(), message.get_srcComponent())
         self._topics.gcs_heartbeats = heartbeats
 
     def on_time(self, now_us: int) -> None:

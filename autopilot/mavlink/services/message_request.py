@@ -59,4 +59,6 @@ class MessageRequest:
         payloads = stream.requested(now_us, link, command.param2)
         for payload in payloads or ():
             link.send_payload(stream.codec, payload)
+        if payloads:
+            stream.sent(now_us, link)
         return CommandResult(MAV_RESULT_DENIED if payloads is None else MAV_RESULT_ACCEPTED)
