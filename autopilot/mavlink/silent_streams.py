@@ -25,8 +25,6 @@ SILENT: Mapping[str, Rates] = {
     "SCALED_IMU3": Rates(),
     "SCALED_PRESSURE2": Rates(),
     "SCALED_PRESSURE3": Rates(),
-    "UAVIONIX_ADSB_OUT_CFG": Rates(),
-    "UAVIONIX_ADSB_OUT_DYNAMIC": Rates(),
 }
 RATES = by_mode(SILENT)
 """By link mode, in Hz, those that run from the start."""

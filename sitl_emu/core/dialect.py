@@ -2430,6 +2430,8 @@ MAVLINK_MSG_ID_TARGET_ABSOLUTE = 510
 MAVLINK_MSG_ID_TARGET_RELATIVE = 511
 MAVLINK_MSG_ID_CONTROL_STATUS = 512
 MAVLINK_MSG_ID_ESTIMATOR_SENSOR_FUSION_STATUS = 514
+MAVLINK_MSG_ID_UAVIONIX_ADSB_OUT_CFG = 10001
+MAVLINK_MSG_ID_UAVIONIX_ADSB_OUT_DYNAMIC = 10002
 MAVLINK_MSG_ID_MISSION_CHECKSUM = 53
 MAVLINK_MSG_ID_RADIO_RC_CHANNELS = 420
 MAVLINK_MSG_ID_AVAILABLE_MODES = 435
@@ -4012,6 +4014,105 @@ class MAVLink_estimator_sensor_fusion_status_message(MAVLink_message):
 # Define name on the class for backwards compatibility (it is now msgname).
 # Done with setattr to hide the class variable from mypy.
 setattr(MAVLink_estimator_sensor_fusion_status_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_uavionix_adsb_out_cfg_message(MAVLink_message):
+    """
+    Uavionix ADSB out cfg.
+    """
+
+    id = MAVLINK_MSG_ID_UAVIONIX_ADSB_OUT_CFG
+    msgname = "UAVIONIX_ADSB_OUT_CFG"
+    fieldnames = ["ICAO", "stallSpeed", "callsign", "emitterType", "aircraftSize", "gpsOffsetLat", "gpsOffsetLon", "rfSelect"]
+    ordered_fieldnames = ["ICAO", "stallSpeed", "callsign", "emitterType", "aircraftSize", "gpsOffsetLat", "gpsOffsetLon", "rfSelect"]
+    fieldtypes = ["uint32_t", "uint16_t", "char", "uint8_t", "uint8_t", "uint8_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<IHcBBBBB")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7]
+    lengths = [1, 1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 9, 0, 0, 0, 0, 0]
+    crc_extra = 209
+    unpacker = struct.Struct("<IH9sBBBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, ICAO: int, stallSpeed: int, callsign: bytes, emitterType: int, aircraftSize: int, gpsOffsetLat: int, gpsOffsetLon: int, rfSelect: int):
+        MAVLink_message.__init__(self, MAVLink_uavionix_adsb_out_cfg_message.id, MAVLink_uavionix_adsb_out_cfg_message.msgname)
+        self._fieldnames = MAVLink_uavionix_adsb_out_cfg_message.fieldnames
+        self._instance_field = MAVLink_uavionix_adsb_out_cfg_message.instance_field
+        self._instance_offset = MAVLink_uavionix_adsb_out_cfg_message.instance_offset
+        self.ICAO = ICAO
+        self.stallSpeed = stallSpeed
+        self._callsign_raw = callsign
+        self.callsign = callsign.split(b"\x00", 1)[0].decode("ascii", errors="replace")
+        self.emitterType = emitterType
+        self.aircraftSize = aircraftSize
+        self.gpsOffsetLat = gpsOffsetLat
+        self.gpsOffsetLon = gpsOffsetLon
+        self.rfSelect = rfSelect
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.ICAO, self.stallSpeed, self._callsign_raw, self.emitterType, self.aircraftSize, self.gpsOffsetLat, self.gpsOffsetLon, self.rfSelect), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_uavionix_adsb_out_cfg_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_uavionix_adsb_out_dynamic_message(MAVLink_message):
+    """
+    Uavionix ADSB out dynamic.
+    """
+
+    id = MAVLINK_MSG_ID_UAVIONIX_ADSB_OUT_DYNAMIC
+    msgname = "UAVIONIX_ADSB_OUT_DYNAMIC"
+    fieldnames = ["utcTime", "gpsLat", "gpsLon", "gpsAlt", "baroAltMSL", "accuracyHor", "accuracyVert", "accuracyVel", "velVert", "velNS", "VelEW", "state", "squawk", "gpsFix", "numSats", "emergencyStatus"]
+    ordered_fieldnames = ["utcTime", "gpsLat", "gpsLon", "gpsAlt", "baroAltMSL", "accuracyHor", "accuracyVert", "accuracyVel", "velVert", "velNS", "VelEW", "state", "squawk", "gpsFix", "numSats", "emergencyStatus"]
+    fieldtypes = ["uint32_t", "int32_t", "int32_t", "int32_t", "int32_t", "uint32_t", "uint16_t", "uint16_t", "int16_t", "int16_t", "int16_t", "uint16_t", "uint16_t", "uint8_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {}
+    native_format = bytearray(b"<IiiiiIHHhhhHHBBB")
+    orders = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]
+    lengths = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+    crc_extra = 186
+    unpacker = struct.Struct("<IiiiiIHHhhhHHBBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, utcTime: int, gpsLat: int, gpsLon: int, gpsAlt: int, baroAltMSL: int, accuracyHor: int, accuracyVert: int, accuracyVel: int, velVert: int, velNS: int, VelEW: int, state: int, squawk: int, gpsFix: int, numSats: int, emergencyStatus: int):
+        MAVLink_message.__init__(self, MAVLink_uavionix_adsb_out_dynamic_message.id, MAVLink_uavionix_adsb_out_dynamic_message.msgname)
+        self._fieldnames = MAVLink_uavionix_adsb_out_dynamic_message.fieldnames
+        self._instance_field = MAVLink_uavionix_adsb_out_dynamic_message.instance_field
+        self._instance_offset = MAVLink_uavionix_adsb_out_dynamic_message.instance_offset
+        self.utcTime = utcTime
+        self.gpsLat = gpsLat
+        self.gpsLon = gpsLon
+        self.gpsAlt = gpsAlt
+        self.baroAltMSL = baroAltMSL
+        self.accuracyHor = accuracyHor
+        self.accuracyVert = accuracyVert
+        self.accuracyVel = accuracyVel
+        self.velVert = velVert
+        self.velNS = velNS
+        self.VelEW = VelEW
+        self.state = state
+        self.squawk = squawk
+        self.gpsFix = gpsFix
+        self.numSats = numSats
+        self.emergencyStatus = emergencyStatus
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.utcTime, self.gpsLat, self.gpsLon, self.gpsAlt, self.baroAltMSL, self.accuracyHor, self.accuracyVert, self.accuracyVel, self.velVert, self.velNS, self.VelEW, self.state, self.squawk, self.gpsFix, self.numSats, self.emergencyStatus), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_uavionix_adsb_out_dynamic_message, "name", mavlink_msg_deprecated_name_property())
 
 
 class MAVLink_mission_checksum_message(MAVLink_message):
@@ -14491,6 +14592,8 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_TARGET_RELATIVE: MAVLink_target_relative_message,
     MAVLINK_MSG_ID_CONTROL_STATUS: MAVLink_control_status_message,
     MAVLINK_MSG_ID_ESTIMATOR_SENSOR_FUSION_STATUS: MAVLink_estimator_sensor_fusion_status_message,
+    MAVLINK_MSG_ID_UAVIONIX_ADSB_OUT_CFG: MAVLink_uavionix_adsb_out_cfg_message,
+    MAVLINK_MSG_ID_UAVIONIX_ADSB_OUT_DYNAMIC: MAVLink_uavionix_adsb_out_dynamic_message,
     MAVLINK_MSG_ID_MISSION_CHECKSUM: MAVLink_mission_checksum_message,
     MAVLINK_MSG_ID_RADIO_RC_CHANNELS: MAVLink_radio_rc_channels_message,
     MAVLINK_MSG_ID_AVAILABLE_MODES: MAVLink_available_modes_message,
@@ -16003,6 +16106,86 @@ class MAVLink(object):
 
         """
         self.send(self.estimator_sensor_fusion_status_encode(test_ratio, intended, active), force_mavlink1=force_mavlink1)
+
+    def uavionix_adsb_out_cfg_encode(self, ICAO: int, stallSpeed: int, callsign: bytes, emitterType: int, aircraftSize: int, gpsOffsetLat: int, gpsOffsetLon: int, rfSelect: int) -> MAVLink_uavionix_adsb_out_cfg_message:
+        """
+        Uavionix ADSB out cfg.
+
+        ICAO                      : ICAO. (type:uint32_t)
+        stallSpeed                : Stall speed. (type:uint16_t)
+        callsign                  : Callsign. (type:char)
+        emitterType               : Emitter type. (type:uint8_t)
+        aircraftSize              : Aircraft size. (type:uint8_t)
+        gpsOffsetLat              : GPS offset lat. (type:uint8_t)
+        gpsOffsetLon              : GPS offset lon. (type:uint8_t)
+        rfSelect                  : RF select. (type:uint8_t)
+
+        """
+        return MAVLink_uavionix_adsb_out_cfg_message(ICAO, stallSpeed, callsign, emitterType, aircraftSize, gpsOffsetLat, gpsOffsetLon, rfSelect)
+
+    def uavionix_adsb_out_cfg_send(self, ICAO: int, stallSpeed: int, callsign: bytes, emitterType: int, aircraftSize: int, gpsOffsetLat: int, gpsOffsetLon: int, rfSelect: int, force_mavlink1: bool = False) -> None:
+        """
+        Uavionix ADSB out cfg.
+
+        ICAO                      : ICAO. (type:uint32_t)
+        stallSpeed                : Stall speed. (type:uint16_t)
+        callsign                  : Callsign. (type:char)
+        emitterType               : Emitter type. (type:uint8_t)
+        aircraftSize              : Aircraft size. (type:uint8_t)
+        gpsOffsetLat              : GPS offset lat. (type:uint8_t)
+        gpsOffsetLon              : GPS offset lon. (type:uint8_t)
+        rfSelect                  : RF select. (type:uint8_t)
+
+        """
+        self.send(self.uavionix_adsb_out_cfg_encode(ICAO, stallSpeed, callsign, emitterType, aircraftSize, gpsOffsetLat, gpsOffsetLon, rfSelect), force_mavlink1=force_mavlink1)
+
+    def uavionix_adsb_out_dynamic_encode(self, utcTime: int, gpsLat: int, gpsLon: int, gpsAlt: int, baroAltMSL: int, accuracyHor: int, accuracyVert: int, accuracyVel: int, velVert: int, velNS: int, VelEW: int, state: int, squawk: int, gpsFix: int, numSats: int, emergencyStatus: int) -> MAVLink_uavionix_adsb_out_dynamic_message:
+        """
+        Uavionix ADSB out dynamic.
+
+        utcTime                   : UTC time. (type:uint32_t)
+        gpsLat                    : GPS lat. (type:int32_t)
+        gpsLon                    : GPS lon. (type:int32_t)
+        gpsAlt                    : GPS alt. (type:int32_t)
+        baroAltMSL                : Baro alt MSL. (type:int32_t)
+        accuracyHor               : Accuracy hor. (type:uint32_t)
+        accuracyVert              : Accuracy vert. (type:uint16_t)
+        accuracyVel               : Accuracy vel. (type:uint16_t)
+        velVert                   : Vel vert. (type:int16_t)
+        velNS                     : Vel NS. (type:int16_t)
+        VelEW                     : Vel EW. (type:int16_t)
+        state                     : State. (type:uint16_t)
+        squawk                    : Squawk. (type:uint16_t)
+        gpsFix                    : GPS fix. (type:uint8_t)
+        numSats                   : Num sats. (type:uint8_t)
+        emergencyStatus           : Emergency status. (type:uint8_t)
+
+        """
+        return MAVLink_uavionix_adsb_out_dynamic_message(utcTime, gpsLat, gpsLon, gpsAlt, baroAltMSL, accuracyHor, accuracyVert, accuracyVel, velVert, velNS, VelEW, state, squawk, gpsFix, numSats, emergencyStatus)
+
+    def uavionix_adsb_out_dynamic_send(self, utcTime: int, gpsLat: int, gpsLon: int, gpsAlt: int, baroAltMSL: int, accuracyHor: int, accuracyVert: int, accuracyVel: int, velVert: int, velNS: int, VelEW: int, state: int, squawk: int, gpsFix: int, numSats: int, emergencyStatus: int, force_mavlink1: bool = False) -> None:
+        """
+        Uavionix ADSB out dynamic.
+
+        utcTime                   : UTC time. (type:uint32_t)
+        gpsLat                    : GPS lat. (type:int32_t)
+        gpsLon                    : GPS lon. (type:int32_t)
+        gpsAlt                    : GPS alt. (type:int32_t)
+        baroAltMSL                : Baro alt MSL. (type:int32_t)
+        accuracyHor               : Accuracy hor. (type:uint32_t)
+        accuracyVert              : Accuracy vert. (type:uint16_t)
+        accuracyVel               : Accuracy vel. (type:uint16_t)
+        velVert                   : Vel vert. (type:int16_t)
+        velNS                     : Vel NS. (type:int16_t)
+        VelEW                     : Vel EW. (type:int16_t)
+        state                     : State. (type:uint16_t)
+        squawk                    : Squawk. (type:uint16_t)
+        gpsFix                    : GPS fix. (type:uint8_t)
+        numSats                   : Num sats. (type:uint8_t)
+        emergencyStatus           : Emergency status. (type:uint8_t)
+
+        """
+        self.send(self.uavionix_adsb_out_dynamic_encode(utcTime, gpsLat, gpsLon, gpsAlt, baroAltMSL, accuracyHor, accuracyVert, accuracyVel, velVert, velNS, VelEW, state, squawk, gpsFix, numSats, emergencyStatus), force_mavlink1=force_mavlink1)
 
     def mission_checksum_encode(self, mission_type: int, checksum: int) -> MAVLink_mission_checksum_message:
         """

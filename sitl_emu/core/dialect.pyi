@@ -1866,6 +1866,8 @@ MAVLINK_MSG_ID_TARGET_ABSOLUTE: int
 MAVLINK_MSG_ID_TARGET_RELATIVE: int
 MAVLINK_MSG_ID_CONTROL_STATUS: int
 MAVLINK_MSG_ID_ESTIMATOR_SENSOR_FUSION_STATUS: int
+MAVLINK_MSG_ID_UAVIONIX_ADSB_OUT_CFG: int
+MAVLINK_MSG_ID_UAVIONIX_ADSB_OUT_DYNAMIC: int
 MAVLINK_MSG_ID_MISSION_CHECKSUM: int
 MAVLINK_MSG_ID_RADIO_RC_CHANNELS: int
 MAVLINK_MSG_ID_AVAILABLE_MODES: int
@@ -2347,6 +2349,34 @@ class MAVLink_estimator_sensor_fusion_status_message(MAVLink_message):
     intended: Sequence[int]
     active: Sequence[int]
     def __init__(self, test_ratio: Sequence[float], intended: Sequence[int], active: Sequence[int]) -> None: ...
+class MAVLink_uavionix_adsb_out_cfg_message(MAVLink_message):
+    ICAO: int
+    stallSpeed: int
+    callsign: bytes
+    emitterType: int
+    aircraftSize: int
+    gpsOffsetLat: int
+    gpsOffsetLon: int
+    rfSelect: int
+    def __init__(self, ICAO: int, stallSpeed: int, callsign: bytes, emitterType: int, aircraftSize: int, gpsOffsetLat: int, gpsOffsetLon: int, rfSelect: int) -> None: ...
+class MAVLink_uavionix_adsb_out_dynamic_message(MAVLink_message):
+    utcTime: int
+    gpsLat: int
+    gpsLon: int
+    gpsAlt: int
+    baroAltMSL: int
+    accuracyHor: int
+    accuracyVert: int
+    accuracyVel: int
+    velVert: int
+    velNS: int
+    VelEW: int
+    state: int
+    squawk: int
+    gpsFix: int
+    numSats: int
+    emergencyStatus: int
+    def __init__(self, utcTime: int, gpsLat: int, gpsLon: int, gpsAlt: int, baroAltMSL: int, accuracyHor: int, accuracyVert: int, accuracyVel: int, velVert: int, velNS: int, VelEW: int, state: int, squawk: int, gpsFix: int, numSats: int, emergencyStatus: int) -> None: ...
 class MAVLink_mission_checksum_message(MAVLink_message):
     mission_type: int
     checksum: int
@@ -4718,6 +4748,10 @@ class MAVLink(object):
     def control_status_send(self, flags: int, gcs_main: int, gcs_secondary: Sequence[int], force_mavlink1: bool=False) -> None: ...
     def estimator_sensor_fusion_status_encode(self, test_ratio: Sequence[float], intended: Sequence[int], active: Sequence[int]) -> MAVLink_estimator_sensor_fusion_status_message: ...
     def estimator_sensor_fusion_status_send(self, test_ratio: Sequence[float], intended: Sequence[int], active: Sequence[int], force_mavlink1: bool=False) -> None: ...
+    def uavionix_adsb_out_cfg_encode(self, ICAO: int, stallSpeed: int, callsign: bytes, emitterType: int, aircraftSize: int, gpsOffsetLat: int, gpsOffsetLon: int, rfSelect: int) -> MAVLink_uavionix_adsb_out_cfg_message: ...
+    def uavionix_adsb_out_cfg_send(self, ICAO: int, stallSpeed: int, callsign: bytes, emitterType: int, aircraftSize: int, gpsOffsetLat: int, gpsOffsetLon: int, rfSelect: int, force_mavlink1: bool=False) -> None: ...
+    def uavionix_adsb_out_dynamic_encode(self, utcTime: int, gpsLat: int, gpsLon: int, gpsAlt: int, baroAltMSL: int, accuracyHor: int, accuracyVert: int, accuracyVel: int, velVert: int, velNS: int, VelEW: int, state: int, squawk: int, gpsFix: int, numSats: int, emergencyStatus: int) -> MAVLink_uavionix_adsb_out_dynamic_message: ...
+    def uavionix_adsb_out_dynamic_send(self, utcTime: int, gpsLat: int, gpsLon: int, gpsAlt: int, baroAltMSL: int, accuracyHor: int, accuracyVert: int, accuracyVel: int, velVert: int, velNS: int, VelEW: int, state: int, squawk: int, gpsFix: int, numSats: int, emergencyStatus: int, force_mavlink1: bool=False) -> None: ...
     def mission_checksum_encode(self, mission_type: int, checksum: int) -> MAVLink_mission_checksum_message: ...
     def mission_checksum_send(self, mission_type: int, checksum: int, force_mavlink1: bool=False) -> None: ...
     def radio_rc_channels_encode(self, target_system: int, target_component: int, time_last_update_ms: int, flags: int, count: int, channels: Sequence[int]=(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)) -> MAVLink_radio_rc_channels_message: ...

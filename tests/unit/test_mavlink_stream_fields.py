@@ -28,7 +28,7 @@ from sitl_emu.autopilot.topics import (
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
-from tests.unit.mavlink_peer import ALT_M, GCS, ONBOARD, Peer, command_long, only
+from tests.unit.mavlink_peer import ALT_M, GCS, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, only
 
 REQUEST_MESSAGE = mavlink.MAV_CMD_REQUEST_MESSAGE
 
@@ -46,6 +46,28 @@ def test_the_truth_is_the_simulators() -> None:
     assert truth.attitude_quaternion == [0.5] * 4
     assert (truth.rollspeed, truth.pitchspeed, truth.yawspeed) == pytest.approx((0.1, 0.2, 0.3))
     assert (truth.vx, truth.vy, truth.vz, truth.xacc, truth.yacc, truth.zacc) == (125, -50, 0, 1, -1, 0)
+
+
+def test_what_a_transponder_is_to_say_is_told_as_often_as_it_is_asked_for() -> None:
+    """streams/UAVIONIX_ADSB_OUT_CFG.hpp, UAVIONIX_ADSB_OUT_DYNAMIC.hpp."""
+    peer = Peer()
+    peer.now_us = 1_000
+    for _ in range(2):
+        aircraft = only(peer.send(command_long(REQUEST_MESSAGE, 10001)), "UAVIONIX_ADSB_OUT_CFG")[0]
+    assert (aircraft.ICAO, aircraft.emitterType, aircraft.aircraftSize) == (1194684, 14, 1)
+    assert (aircraft.stallSpeed, aircraft.rfSelect, aircraft.callsign) == (700, 2, "")
+    peer.parameters.set("ADSB_CALLSIGN_1", int.from_bytes(b"HB-A", "big"))
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 10001)), "UAVIONIX_ADSB_OUT_CFG")[0].callsign == ""
+    peer.parameters.set("ADSB_CALLSIGN_1", int.from_bytes(b"HBAB", "big"))
+    peer.parameters.set("ADSB_CALLSIGN_2", int.from_bytes(b"C1  ", "big"))
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 10001)), "UAVIONIX_ADSB_OUT_CFG")[0].callsign == "HBABC1  "
+    peer.fly()
+    flight = only(peer.send(command_long(REQUEST_MESSAGE, 10002)), "UAVIONIX_ADSB_OUT_DYNAMIC")[0]
+    assert (flight.utcTime, flight.squawk, flight.baroAltMSL, flight.state) == (2**32 - 1, 1200, 956, 8)
+    assert (flight.gpsLat, flight.gpsLon, flight.gpsAlt) == (round(LAT_DEG * 1e7), round(LON_DEG * 1e7), 489400)
+    assert (flight.velNS, flight.accuracyHor, flight.accuracyVert) == (10, 900, 178)
+    peer.topics.vehicle_status = VehicleStatus(armed=True)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 10002)), "UAVIONIX_ADSB_OUT_DYNAMIC")[0].state == 0
 
 
 def test_what_sensors_of_others_gave_is_told() -> None:
