@@ -18,7 +18,6 @@ class Stream(Schedulable):
         self.codec = encoder.codec(module.ID)
         self._fields = module.fields
         self._stamp: Any = getattr(module, "stamp", None)
-        self._paced_by: Any = getattr(module, "paced_by", None)
         self._since = getattr(module, "since", None)
         self._requested = getattr(module, "requested", None)
         self._at_once = bool(getattr(module, "AT_ONCE", False))
@@ -43,8 +42,8 @@ class Stream(Schedulable):
         if self._since is not None:
             self._sent_stamps[link.name], messages = self._since(self._context, self._sent_stamps.get(link.name, 0))
             return tuple(self.codec.pack(*fields) for fields in messages)
-        if self._stamp is not None or self._paced_by is not None:
-            stamp = self._paced_by(self._context) if self._stamp is None else self._stamp(now_us, self._context)
+        if self._stamp is not None:
+            stamp = self._stamp(now_us, self._context)
             if self._sent_stamps.get(link.name) == stamp:
                 return ()
             self._sent_stamps[link.name] = stamp
@@ -110,4 +109,4 @@ class Stream(Schedulable):
             messages = self._requested(now_us, self._context, param2)
             return None if messages is None else tuple(self.codec.pack(*fields) for fields in messages)
         self._made_us = -1
-        return (self.payloads(now_us, link) if self._paced_by is None else self.latest(now_us)) or None
+        return self.payloads(now_us, link) or None

@@ -184,6 +184,7 @@ def test_a_repeated_sequence_number_takes_no_second_image() -> None:
     rig.run(1.0)
     assert rig.ask(IMAGE_START, 0, 0, 1, 7) == (ACCEPTED, [])
     rig.run(1.0)
+    rig.fly()
     result, said = rig.ask(IMAGE_START, 0, 0, 1, 8)
     assert (result, [m.image_index for m in said]) == (ACCEPTED, [1])
 
@@ -344,6 +345,7 @@ def test_a_full_storage_takes_no_more_images_until_it_is_formatted() -> None:
     assert rig.ask(IMAGE_START, 0, 0, 1)[0] == FAILED
     result, (storage,) = rig.ask(FORMAT, 1, 1, 1)
     assert (result, storage.available_capacity) == (ACCEPTED, 1.0)
+    rig.fly()
     assert rig.ask(IMAGE_START, 0, 0, 1)[1][0].image_index == 0
 
 

@@ -255,6 +255,8 @@ def test_who_manages_a_gimbal_says_so() -> None:
 def test_nonsense_in_requests_and_intervals_is_answered_as_by_px4() -> None:
     peer = Peer()
     peer.fly_and_run(0.1)
+    peer.now_us += 4000
+    peer.fly()
     nan, inf = float("nan"), float("inf")
     assert names(peer.send(command_long(512, nan))) == ["HEARTBEAT", "COMMAND_ACK"]
     assert names(peer.send(command_long(512, 65536 + 30))) == ["ATTITUDE", "COMMAND_ACK"]

@@ -92,7 +92,7 @@ def test_a_battery_that_does_not_know_its_charge_warns_of_nothing() -> None:
     told = only(peer.run(2.5), "BATTERY_STATUS")[-1]
     assert (told.battery_remaining, told.current_battery, told.current_consumed) == (-1, -1, -1)
     assert (told.temperature, told.time_remaining, told.charge_state) == (2550, 90, 1)
-    status = only(peer.send(command_long(512, 1)), "SYS_STATUS")[0]
+    status = only(peer.send(command_long(512, 1), ONBOARD), "SYS_STATUS")[0]
     assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (3500, -1, -1)
     peer.send(mavlink.MAVLink_battery_status_message(0, 1, 1, 32767, cells, -250, -1, -1, 50))
     told = only(peer.run(2.5), "BATTERY_STATUS")[-1]

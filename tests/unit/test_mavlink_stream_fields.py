@@ -195,10 +195,10 @@ def test_airspeed_is_not_measured_and_the_altitude_is_the_filters_or_the_baromet
     hud = only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0]
     assert math.isnan(hud.airspeed)
     assert (hud.alt, hud.groundspeed) == (pytest.approx(ALT_M + 3.0, abs=1e-3), 0.5)
-    peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(ref_alt=math.nan)
+    peer.topics.vehicle_local_position = peer.topics.vehicle_local_position._replace(timestamp=5_000, ref_alt=math.nan)
     assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 489.0
     peer.topics.vehicle_air_data = VehicleAirData()
-    assert only(peer.send(command_long(REQUEST_MESSAGE, 74)), "VFR_HUD")[0].alt == 0.0
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 74), ONBOARD), "VFR_HUD")[0].alt == 0.0
 
 
 def test_a_vehicle_that_does_not_know_the_globe_tells_its_place_in_its_own_frame() -> None:

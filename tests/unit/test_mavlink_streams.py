@@ -10,13 +10,17 @@ from sitl_emu.autopilot.mavlink.streams import modules
 from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
+    BatteryStatus,
     DistanceSensorSample,
     EscStatus,
     EstimatorFusionControl,
     EstimatorSensorBias,
     EstimatorStatus,
+    GroundTruth,
     PositionControllerStatus,
+    SensorCombined,
     VehicleLandDetected,
+    VehicleLocalPosition,
     VehicleLocalPositionSetpoint,
     VehicleMagnetometer,
     VehicleRatesSetpoint,
@@ -192,13 +196,56 @@ def test_which_fields_of_the_imu_are_new() -> None:
     peer = Peer()
     peer.now_us = 100_000
     peer.fly()
-    peer.topics.vehicle_air_data = peer.topics.vehicle_air_data._replace(timestamp=60_000)
     imu = only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0]
-    assert imu.fields_updated == 0b111111111
+    assert imu.fields_updated == 0b1101111111111
     assert (imu.abs_pressure, imu.pressure_alt, imu.temperature) == (956.0, 489.0, 15.0), "the mean, and the air's"
-    peer.topics.vehicle_magnetometer = VehicleMagnetometer(60_000, 60_000)
-    peer.topics.vehicle_air_data = peer.topics.vehicle_air_data._replace(timestamp=96_000)
+    peer.topics.vehicle_magnetometer = VehicleMagnetometer(104_000, 104_000)
+    assert not only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU"), "the IMU has measured nothing"
+    peer.topics.sensor_combined = SensorCombined(150_000)
+    assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b111111111
+    peer.topics.sensor_combined = SensorCombined(154_000)
+    peer.topics.vehicle_air_data = peer.topics.vehicle_air_data._replace(timestamp=154_000)
     assert only(peer.send(command_long(REQUEST_MESSAGE, 105)), "HIGHRES_IMU")[0].fields_updated == 0b1101000111111
+    on_another_link = peer.send(command_long(REQUEST_MESSAGE, 105), ONBOARD)
+    assert only(on_another_link, "HIGHRES_IMU")[0].fields_updated == 0b1101111111111
+
+
+ONCE_AN_UPDATE = (
+    "ATTITUDE", "ATTITUDE_QUATERNION", "AUTOPILOT_STATE_FOR_GIMBAL_DEVICE", "ESTIMATOR_SENSOR_FUSION_STATUS",
+    "ESTIMATOR_STATUS", "GLOBAL_POSITION_INT", "HIGHRES_IMU", "HIL_ACTUATOR_CONTROLS", "HIL_STATE_QUATERNION",
+    "LOCAL_POSITION_NED", "ODOMETRY", "SYS_STATUS", "VFR_HUD",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ONCE_AN_UPDATE)
+def test_who_asks_twice_for_what_is_not_new_is_denied(name: str) -> None:
+    """As uORB's subscriptions of PX4's streams have it: nothing is told twice on a link."""
+    peer = Peer()
+    peer.now_us = 1_000
+    peer.fly()
+    peer.topics.groundtruth = GroundTruth(1_000)
+    for expected in (ACCEPTED, DENIED, DENIED):
+        acks = only(peer.send(command_long(REQUEST_MESSAGE, modules()[name].ID)), "COMMAND_ACK")
+        assert [ack.result for ack in acks] == [expected]
+
+
+@pytest.mark.parametrize(
+    ("name", "hz"), [("SYS_STATUS", 100), ("ESTIMATOR_STATUS", 125), ("ESTIMATOR_SENSOR_FUSION_STATUS", 125)]
+)
+def test_no_stream_is_faster_than_what_it_tells(name: str, hz: int) -> None:
+    peer = Peer()
+    peer.send(command_long(SET_MESSAGE_INTERVAL, modules()[name].ID, 4000))
+    heard = 0
+    for tick in range(250):
+        peer.now_us += 4000
+        if tick % 2 == 0:
+            peer.topics.vehicle_local_position = VehicleLocalPosition(peer.now_us)
+            peer.topics.estimator_status = EstimatorStatus(peer.now_us)
+        if peer.now_us // 10_000 != (peer.now_us - 4000) // 10_000:
+            peer.topics.battery_status = BatteryStatus(peer.now_us, True, 16.2, -1.0, 1.0)
+        peer.mavlink.update(peer.now_us)
+        heard += len(only(peer.received(), name))
+    assert heard == pytest.approx(hz, abs=2)
 
 
 def test_the_imu_is_told_without_the_biases_of_its_sensors() -> None:

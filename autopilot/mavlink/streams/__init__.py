@@ -3,14 +3,13 @@
 A stream module has `ID` (MAVLink message id) and `fields(now_us, context)`, which returns the message's fields in wire
 order (arrays flattened), a list of such tuples if it comes in parts, or None when there is nothing to send.
 `stamp(now_us, context)`, if it is there, tells when the data last changed: then it is sent once per change, and a
-request for what has not changed since is denied. `paced_by(context)` is such a stamp of data that never rests while it
-is there: the stream falls silent with it, and a request tells the last. `since(context, number)`, for data that queues
-or has several sources, is the newest number (or their stamps) and the messages after `number`, 0 at first: each is sent
-once. A module with `PER_LINK = True` is handed the link as third argument, because its content differs per link. One
-with a class `Analysis(context)` is handed one of the link, whose `update()` has been called in every tick since the
-first message there: it gathers what the next one tells of the time between. One with `sent(now_us, context, link,
-count)` has more to send after its message on that link, which has been sent `count` times before. One with
-`requested(now_us, context, param2)` answers REQUEST_MESSAGE by that: a list of messages, or None where there are none.
+request for what has not changed since is denied. `since(context, number)`, for data that queues or has several sources,
+is the newest number (or their stamps) and the messages after `number`, 0 at first: each is sent once. A module with
+`PER_LINK = True` is handed the link as third argument, because its content differs per link. One with a class
+`Analysis(context)` is handed one of the link, whose `update()` has been called in every tick since the first message
+there: it gathers what the next one tells of the time between. One with `sent(now_us, context, link, count)` has more to
+send after its message on that link, which has been sent `count` times before. One with `requested(now_us, context,
+param2)` answers REQUEST_MESSAGE by that: a list of messages, or None where there are none.
 """
 
 import functools

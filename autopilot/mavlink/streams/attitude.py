@@ -7,7 +7,7 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
 
-def paced_by(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Every sample of the gyro brings an attitude (EKF2::PublishAttitude); here the filter turns with every second."""
     return context.topics.vehicle_angular_velocity.timestamp
 

@@ -15,6 +15,11 @@ ID = mavlink.MAVLINK_MSG_ID_ESTIMATOR_SENSOR_FUSION_STATUS
 SOURCES: Final = 9
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """With every step of the filter (EKF2::Run), as its position; here what is told is looked at less often."""
+    return context.topics.vehicle_local_position.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields:
     """Intended is what parameters enable and no command has switched off. PX4 tells no test ratios here (NaN)."""
     told = context.topics.estimator_fusion_control

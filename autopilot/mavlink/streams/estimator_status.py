@@ -7,6 +7,11 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS
 
 
+def stamp(now_us: int, context: Context) -> int:
+    """With every step of the filter (EKF2::Run), as its position; here what is told is looked at less often."""
+    return context.topics.vehicle_local_position.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields | None:
     """Ratios (1 is the gate, NaN: nothing of the kind aids), metres, ESTIMATOR_STATUS_FLAGS."""
     status = context.topics.estimator_status

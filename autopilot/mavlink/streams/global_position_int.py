@@ -11,7 +11,7 @@ ID = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 CDEG = math.degrees(100.0)
 
 
-def paced_by(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Each message has a new position."""
     return context.topics.vehicle_global_position.timestamp
 

@@ -3,25 +3,27 @@
 from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
-from sitl_emu.autopilot.mavlink.streams import Fields
+from sitl_emu.autopilot.mavlink.streams import Fields, new_ones
 from sitl_emu.autopilot.topics import AuxGlobalPosition
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import truncated
 
 ID = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_SENSOR
-SILENT_US: Final = 1_000_000
-"""A source that has said nothing for so long is not told any more."""
+SOURCES: Final = 4
+"""Length of the MultiArray that PX4's stream listens to."""
+NOBODY: Final = (0,) * SOURCES
 
 
-def stamp(now_us: int, context: Context) -> int:
-    """Once per place, whose ever."""
-    return max((told.timestamp for told in context.topics.aux_global_position), default=0)
+def since(context: Context, told: tuple[int, ...] | int) -> tuple[tuple[int, ...], list[Fields]]:
+    """Of each source what it has said since then."""
+    sources = context.topics.aux_global_position[:SOURCES]
+    stamps = (*(source.timestamp for source in sources), *NOBODY)[:SOURCES]
+    return stamps, [_message(sources[number]) for number in new_ones(stamps, told)]
 
 
-def fields(now_us: int, context: Context) -> list[Fields]:
-    """One message a source."""
-    sources = context.topics.aux_global_position
-    return [_message(told) for told in sources if now_us - told.timestamp < SILENT_US]
+def fields(now_us: int, context: Context) -> Fields | None:
+    """Sources are told as they speak."""
+    return None
 
 
 def _message(told: AuxGlobalPosition) -> Fields:

@@ -8,7 +8,7 @@ from sitl_emu.core.c_types import rounded, truncated
 ID = mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION
 
 
-def paced_by(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """PX4's own simulation tells the truth with every sample of the gyro; ours ten times a second, repeated here."""
     return context.topics.groundtruth.timestamp
 

@@ -11,7 +11,7 @@ from sitl_emu.core import dialect as mavlink
 ID = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
 
 
-def paced_by(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Each message has a new position."""
     return context.topics.vehicle_local_position.timestamp
 

@@ -14,7 +14,7 @@ RATES: Final = (0.0, 0.0, 0.0)
 """Their variances are not told."""
 
 
-def paced_by(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Each message has a new estimate."""
     return context.topics.vehicle_local_position.timestamp
 

@@ -12,6 +12,12 @@ ID = mavlink.MAVLINK_MSG_ID_SYS_STATUS
 UNKNOWN_VOLTAGE: Final = 65535
 
 
+def stamp(now_us: int, context: Context) -> tuple[int, int, int]:
+    """Whenever the vehicle's status, the computer's load or the battery is told."""
+    topics = context.topics
+    return topics.vehicle_status.timestamp, topics.cpuload.timestamp, topics.battery_status.timestamp
+
+
 def fields(now_us: int, context: Context) -> Fields:
     """Health as the commander reports it."""
     health = context.topics.health_report

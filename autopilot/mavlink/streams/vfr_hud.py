@@ -10,7 +10,7 @@ from sitl_emu.core.c_types import truncated
 ID = mavlink.MAVLINK_MSG_ID_VFR_HUD
 
 
-def paced_by(context: Context) -> int:
+def stamp(now_us: int, context: Context) -> int:
     """Each message has a new position in the local frame."""
     return context.topics.vehicle_local_position.timestamp
 
