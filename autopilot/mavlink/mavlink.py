@@ -240,7 +240,7 @@ class Mavlink:
         for service in self._timed:
             service.on_time(now_us)
         for stream in self._analysing:
-            stream.analyse()
+            stream.analyse(now_us)
         trigger = self.context.topics.camera_trigger
         if trigger is not self._triggered:
             self._triggered = trigger

@@ -36,7 +36,7 @@ class Stream(Schedulable):
     def payloads(self, now_us: int, link: Link) -> tuple[bytes, ...]:
         """What to send on a link now; empty if nothing, or nothing new."""
         if self._analysis is not None:
-            return (self.codec.pack(*self._fields(now_us, self._context, self._analysis_on(link))),)
+            return (self.codec.pack(*self._fields(now_us, self._context, self._analysis_on(now_us, link))),)
         if self._per_link:
             return (self.codec.pack(*self._fields(now_us, self._context, link)),)
         if self._since is not None:
@@ -74,17 +74,17 @@ class Stream(Schedulable):
         """Its content is of all the time since its last message on a link."""
         return self._analysis is not None
 
-    def analyse(self) -> None:
+    def analyse(self, now_us: int) -> None:
         """Take what is new, for the links on which it was sent before."""
         for analysis in self._analyses.values():
-            analysis.update()
+            analysis.update(now_us)
 
-    def _analysis_on(self, link: Link) -> Any:
+    def _analysis_on(self, now_us: int, link: Link) -> Any:
         """The one of a link; the first begins with what there is now."""
         found = self._analyses.get(link.name)
         if found is None:
             found = self._analyses[link.name] = self._analysis(self._context)
-            found.update()
+            found.update(now_us)
         return found
 
     def latest(self, now_us: int) -> tuple[bytes, ...]:

@@ -6,10 +6,10 @@ order (arrays flattened), a list of such tuples if it comes in parts, or None wh
 request for what has not changed since is denied. `since(context, number)`, for data that queues or has several sources,
 is the newest number (or their stamps) and the messages after `number`, 0 at first: each is sent once. A module with
 `PER_LINK = True` is handed the link as third argument, because its content differs per link. One with a class
-`Analysis(context)` is handed one of the link, whose `update()` has been called in every tick since the first message
-there: it gathers what the next one tells of the time between. One with `sent(now_us, context, link, count)` has more to
-send after its message on that link, which has been sent `count` times before. One with `requested(now_us, context,
-param2)` answers REQUEST_MESSAGE by that: a list of messages, or None where there are none.
+`Analysis(context)` is handed one of the link, whose `update(now_us)` has been called in every tick since the first
+message there: it gathers what the next one tells of the time between. One with `sent(now_us, context, link,
+count)` has more to send after its message on that link, which has been sent `count` times before. One with
+`requested(now_us, context, param2)` answers REQUEST_MESSAGE by that: a list of messages, or None where there are none.
 """
 
 import functools

@@ -2,7 +2,8 @@
 
 On request: PX4's SITL has no link of the mode that streams it (MAVLINK_MODE_IRIDIUM). Once it was asked for on a link,
 what is told of speeds, throttle, wind, temperature, charge and accuracy is of all the time since the last message
-there: averages, or the greatest. What brought nothing new since then is told as unknown, or 0.
+there: averages, or the greatest. What brought nothing new since then is told as unknown, or 0; in the first message
+there all but the charge is, as nobody knows yet how often something comes.
 """
 
 import math
@@ -40,8 +41,12 @@ FAILURES = (
 )
 """What is enabled and not healthy, and how it is told here."""
 
-MOST_VALUES: Final = 60 * 250
-"""So many an average takes alike, then the older ones fade: a minute of the loops of PX4's sender in lockstep."""
+WINDOW_S: Final = 60.0
+"""What an average takes alike, then the older ones fade (mavlink_simple_analyzer.h)."""
+LEAST_RATE_HZ: Final = 1.0
+"""With less nothing counts (SimpleAnalyzer::add_value)."""
+RATE_WEIGHT: Final = 0.03
+"""Of the newest interval in the rate of updates (MavlinkStreamHighLatency2::update_data)."""
 
 
 class Analyzer:
@@ -55,20 +60,23 @@ class Analyzer:
         """Begin anew."""
         self.result, self.count = 0.0, 0
 
-    def add(self, value: float) -> None:
-        """One more; an average of what is no number makes it begin anew."""
+    def add(self, value: float, rate_hz: float) -> None:
+        """One more, of values that come at `rate_hz`; an average of what is no number makes it begin anew."""
         if not self._greatest:
             self.result += (value - self.result) / (self.count + 1)
         elif value > self.result:
             self.result = value
-        self.count = min(self.count + 1, MOST_VALUES)
+        if rate_hz > LEAST_RATE_HZ and self.count < rate_hz * WINDOW_S:
+            self.count += 1
         if not math.isfinite(self.result):
             self.reset()
 
     def scaled(self, scale: float, least: int, most: int, unknown: int = 0) -> int:
-        """The result in units of the message, held within the field; `unknown` where nothing was added."""
-        if not self.count:
-            return unknown
+        """The result in units of the message, held within the field; `unknown` where nothing counts."""
+        return self.scaled_anyhow(scale, least, most) if self.count else unknown
+
+    def scaled_anyhow(self, scale: float, least: int, most: int) -> int:
+        """Whether or not anything counts."""
         value = self.result * scale
         return max(least, min(most, int(value + math.copysign(0.5, value))))
 
@@ -83,6 +91,7 @@ class Analysis:
         self.temperature, self.remaining = Analyzer(), Analyzer()
         self.climb, self.eph, self.epv = Analyzer(True), Analyzer(True), Analyzer(True)
         self._mission: Any = None
+        self._updated_us, self._rate_hz = 0, 0.0
 
     def reset(self) -> None:
         """A message was made."""
@@ -95,26 +104,31 @@ class Analysis:
     def mission_item(self) -> int:
         """The current one, if anything has become of the mission since the last message."""
         mission = self._topics.mission_result
-        return mission.seq_current if mission.seq_total and mission is not self._mission else UNKNOWN_ITEM
+        return UNKNOWN_ITEM if mission is self._mission else mission.seq_current
 
-    def update(self) -> None:
-        """Take what is new."""
+    def update(self, now_us: int) -> None:
+        """Take what is new. How often that is looks rare at first: the interval before the first is that from boot."""
         topics = self._topics
+        if now_us > self._updated_us:
+            newest_hz = 1e6 / (now_us - self._updated_us)
+            self._rate_hz += (newest_hz - self._rate_hz) * RATE_WEIGHT
+            self._updated_us = now_us
+        rate_hz = self._rate_hz
         if self._is_new("battery_status", topics.battery_status):
-            self.remaining.add(topics.battery_status.remaining)
+            self.remaining.add(topics.battery_status.remaining, rate_hz)
         if self._is_new("vehicle_local_position", topics.vehicle_local_position):
             local = topics.vehicle_local_position
-            self.climb.add(abs(local.vz))
-            self.ground_speed.add(math.hypot(local.vx, local.vy))
+            self.climb.add(abs(local.vz), rate_hz)
+            self.ground_speed.add(math.hypot(local.vx, local.vy), rate_hz)
         if self._is_new("sensor_gps", topics.sensor_gps):
-            self.eph.add(topics.sensor_gps.eph)
-            self.epv.add(topics.sensor_gps.epv)
+            self.eph.add(topics.sensor_gps.eph, rate_hz)
+            self.epv.add(topics.sensor_gps.epv, rate_hz)
         if self._is_new("vehicle_status", topics.vehicle_status):
-            self.throttle.add(-topics.vehicle_thrust_setpoint.xyz[2] if topics.vehicle_status.armed else 0.0)
+            self.throttle.add(-topics.vehicle_thrust_setpoint.xyz[2] if topics.vehicle_status.armed else 0.0, rate_hz)
         if self._is_new("wind", topics.wind):
-            self.wind_speed.add(math.hypot(topics.wind.windspeed_north, topics.wind.windspeed_east))
+            self.wind_speed.add(math.hypot(topics.wind.windspeed_north, topics.wind.windspeed_east), rate_hz)
         if self._is_new("vehicle_air_data", topics.vehicle_air_data):
-            self.temperature.add(topics.vehicle_air_data.ambient_temperature)
+            self.temperature.add(topics.vehicle_air_data.ambient_temperature, rate_hz)
 
     def _is_new(self, topic: str, record: Any) -> bool:
         if record.timestamp == 0 or self._seen.get(topic) is record:
@@ -153,7 +167,7 @@ def fields(now_us: int, context: Context, analysis: Analysis) -> Fields:
         analysis.epv.scaled(ERROR_SCALE, 0, UINT8_MAX, UINT8_MAX),
         analysis.temperature.scaled(1.0, -128, 127, UNKNOWN_TEMPERATURE),
         analysis.climb.scaled(CLIMB_SCALE, -128, 127),
-        analysis.remaining.scaled(100.0, -128, 127) if battery.connected else -1,
+        analysis.remaining.scaled_anyhow(100.0, -128, 127) if battery.connected else -1,
         UNUSED,
         UNUSED,
         UNUSED,
