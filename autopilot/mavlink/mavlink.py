@@ -145,6 +145,7 @@ class Mavlink:
         streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), modules.logger)
         sender = command_sender.CommandSender(lambda: self._all_links, outgoing, system_id, topics)
         self.context.send_command = sender.send
+        clocks = timesync.Timesync()
         return (
             sender,
             command.Command(
@@ -168,9 +169,9 @@ class Mavlink:
                 modules.mission_changed,
             ),
             offboard.Offboard(topics, parameters, system_id, texts.of("mavlink")),
-            landing_target.LandingTarget(topics, parameters, texts.of("mavlink")),
+            landing_target.LandingTarget(topics, parameters, texts.of("mavlink"), clocks),
             obstacle_distance.ObstacleDistance(topics),
-            odometry.Odometry(topics, texts.of("mavlink")),
+            odometry.Odometry(topics, texts.of("mavlink"), clocks),
             optical_flow.OpticalFlow(topics, parameters),
             manual_control.ManualControl(topics, self.links, system_id),
             rc_override.RcOverride(topics, system_id),
@@ -184,7 +185,7 @@ class Mavlink:
             gimbal_manager.GimbalManager(topics),
             global_position_sensor.GlobalPositionSensor(topics),
             gps_global_origin.GpsGlobalOrigin(modules.handle_command, system_id),
-            timesync.Timesync(),
+            clocks,
             ping.Ping(system_id),
             system_time.SystemTime(),
             self.signing,

@@ -14,6 +14,7 @@ class VehicleOdometry(NamedTuple):
     """A pose and velocity from outside; NaN where something is not told."""
 
     timestamp: int = 0
+    """When it was so (timestamp_sample)."""
     pose_frame: int = FRAME_UNKNOWN
     position: Vector3 = NAN3
     q: Quaternion = (NAN, NAN, NAN, NAN)
@@ -111,6 +112,7 @@ class FiducialMarkerPosReport(NamedTuple):
     """Where a camera sees the target of a precision landing: m in a frame that `q` turns into NED, variances in m²."""
 
     timestamp: int = 0
+    """When it saw it (timestamp_sample)."""
     rel_pos: Vector3 = NAN3
     cov_rel_pos: Vector3 = NAN3
     q: Quaternion = (1.0, 0.0, 0.0, 0.0)

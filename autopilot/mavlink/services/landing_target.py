@@ -7,7 +7,8 @@ by the attitude and the height above ground. They are not filtered over time, as
 TARGET_RELATIVE (https://mavlink.io/en/messages/development.html#TARGET_RELATIVE) is a fiducial as its sensor sees it:
 in the local frame, in one that travels with the vehicle, or in the sensor's, whose attitude it then tells. It is for
 the vision_target_estimator; where VTE_EN is 0 it is landed on as it is
-(MavlinkReceiver::handle_message_target_relative).
+(MavlinkReceiver::handle_message_target_relative). The time that a place is told with counts once the clock that it is
+of is known (timesync.py).
 """
 
 import math
@@ -16,6 +17,7 @@ from typing import Any, ClassVar
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.timesync import Timesync
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import FiducialMarkerPosReport, LandingTargetPose, Quaternion, Topics, Vector3
 from sitl_emu.core import dialect as mavlink
@@ -38,25 +40,28 @@ class LandingTarget:
     MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_LANDING_TARGET, TARGET_RELATIVE})
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics, parameters: Parameters, say: Say) -> None:
-        """Writes into `topics`."""
+    def __init__(self, topics: Topics, parameters: Parameters, say: Say, timesync: Timesync) -> None:
+        """Writes into `topics`; `timesync` knows others' clocks."""
         self._topics, self._parameters = topics, parameters
-        self._say = say
+        self._say, self._timesync = say, timesync
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Keep the position."""
+        seen_us = now_us
         if message.get_msgId() == TARGET_RELATIVE:
-            place = self._relative(now_us, message)
+            seen_us = self._timesync.sync_stamp(now_us, link, message.timestamp)
+            place = self._relative(seen_us, message)
         elif not message.position_valid:
             place = self._place(message.angle_x, message.angle_y)
         elif message.frame == mavlink.MAV_FRAME_LOCAL_NED:
+            seen_us = self._timesync.sync_stamp(now_us, link, message.time_usec)
             place = (message.x, message.y, message.z)
         else:
             place = None
             text = f"Landing target: coordinate frame {message.frame} unsupported\t"
             self._refuse(text, "mavlink_rcv_lnd_target_unsup_coord", message.frame)
         if place is not None and sum(map(abs, place)) < FARTHEST_M:
-            self._topics.landing_target_pose = LandingTargetPose(now_us, *place)
+            self._topics.landing_target_pose = LandingTargetPose(seen_us, *place)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
@@ -65,7 +70,7 @@ class LandingTarget:
         self._say(Severity.CRITICAL, text)
         self._say(Severity.ERROR, "", event, argument)
 
-    def _relative(self, now_us: int, message: Any) -> Vector3 | None:
+    def _relative(self, seen_us: int, message: Any) -> Vector3 | None:
         """Where to land by a TARGET_RELATIVE; None where nobody knows, and where it is refused or passed on."""
         frame, local = message.frame, self._topics.vehicle_local_position
         attitude = _told_attitude(message.q_sensor)
@@ -81,7 +86,7 @@ class LandingTarget:
             text = f"target relative: coordinate frame {frame} unsupported when the q_sensor is not filled.\t"
             self._refuse(text, "mavlink_rcv_target_rel_q_sensor_not_filled", frame)
         elif self._parameters["VTE_EN"]:
-            self._report(now_us, message, attitude)
+            self._report(seen_us, message, attitude)
         elif frame == LOCAL_NED:
             return message.x, message.y, message.z
         elif local.xy_valid and local.z_valid:
@@ -91,7 +96,7 @@ class LandingTarget:
             return local.x + x, local.y + y, local.z + z
         return None
 
-    def _report(self, now_us: int, message: Any, attitude: Quaternion) -> None:
+    def _report(self, seen_us: int, message: Any, attitude: Quaternion) -> None:
         """Pass on what a camera sees, from the vehicle."""
         x, y, z = message.x, message.y, message.z
         if message.frame == LOCAL_NED:
@@ -100,7 +105,7 @@ class LandingTarget:
                 return
             x, y, z = x - local.x, y - local.y, z - local.z
         dx, dy, dz = message.pos_std
-        report = FiducialMarkerPosReport(now_us, (x, y, z), (dx * dx, dy * dy, dz * dz), attitude)
+        report = FiducialMarkerPosReport(seen_us, (x, y, z), (dx * dx, dy * dy, dz * dz), attitude)
         self._topics.fiducial_marker_pos_report = report
 
     def _place(self, angle_x: float, angle_y: float) -> tuple[float, float, float] | None:

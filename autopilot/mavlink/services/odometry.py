@@ -4,7 +4,7 @@ https://mavlink.io/en/messages/common.html#ODOMETRY. As PX4 v1.18 takes them (ma
 unless they say that they come from motion capture, are for the filter (topics.vehicle_visual_odometry; EKF2_EV_CTRL).
 Places and velocities of ENU and FLU frames are turned to NED and FRD, attitudes are taken as they come, whatever the
 frame. ATT_POS_MOCAP, and ODOMETRY of a motion capture, go where EKF2 does not look. VISION_SPEED_ESTIMATE it does not
-know.
+know. The time that they state counts once the clock that it is of is known (timesync.py).
 """
 
 import math
@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.services.timesync import Timesync
 from sitl_emu.autopilot.topics import (
     FRAME_BODY_FRD,
     FRAME_FRD,
@@ -50,18 +51,20 @@ class Odometry:
     MESSAGES: ClassVar[frozenset[int]] = frozenset({ODOMETRY, VISION_POSITION, mavlink.MAVLINK_MSG_ID_ATT_POS_MOCAP})
     HAS_TIMER = False
 
-    def __init__(self, topics: Topics, say: Say) -> None:
-        """Writes into `topics`; `say` tells what is refused."""
-        self._topics, self._say = topics, say
+    def __init__(self, topics: Topics, say: Say, timesync: Timesync) -> None:
+        """Writes into `topics`; `say` tells what is refused; `timesync` knows others' clocks."""
+        self._topics, self._say, self._timesync = topics, say, timesync
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Keep what the filter may use."""
         if message.get_msgId() == VISION_POSITION:
-            self._topics.vehicle_visual_odometry = of_vision_position(now_us, message)
+            sample_us = self._timesync.sync_stamp(now_us, link, message.usec)
+            self._topics.vehicle_visual_odometry = of_vision_position(sample_us, message)
         elif message.get_msgId() == ODOMETRY:
             kind = message.estimator_type
             if kind in OF_VISION:
-                self._topics.vehicle_visual_odometry = of_odometry(now_us, message)
+                sample_us = self._timesync.sync_stamp(now_us, link, message.time_usec)
+                self._topics.vehicle_visual_odometry = of_odometry(sample_us, message)
             elif kind != mavlink.MAV_ESTIMATOR_TYPE_MOCAP:
                 self._say(Severity.CRITICAL, f"ODOMETRY: estimator_type {kind} unsupported\t")
                 self._say(Severity.ERROR, "", "mavlink_rcv_odom_unsup_estimator_type", kind)
@@ -70,11 +73,11 @@ class Odometry:
         """Nothing to do by itself."""
 
 
-def of_vision_position(now_us: int, message: Any) -> VehicleOdometry:
+def of_vision_position(sample_us: int, message: Any) -> VehicleOdometry:
     """A pose in NED."""
     position_variance, orientation_variance = _variances(message.covariance)
     return VehicleOdometry(
-        now_us,
+        sample_us,
         FRAME_NED,
         (message.x, message.y, message.z),
         quaternion(message.roll, message.pitch, message.yaw),
@@ -87,7 +90,7 @@ def of_vision_position(now_us: int, message: Any) -> VehicleOdometry:
     )
 
 
-def of_odometry(now_us: int, message: Any) -> VehicleOdometry:
+def of_odometry(sample_us: int, message: Any) -> VehicleOdometry:
     """Pose and velocity in the frames that the message names; what is not finite, or in another frame, is not told."""
     known = message.estimator_type != mavlink.MAV_ESTIMATOR_TYPE_NAIVE
     position_variance, orientation_variance = _variances(message.pose_covariance) if known else (NAN3, NAN3)
@@ -100,7 +103,7 @@ def of_odometry(now_us: int, message: Any) -> VehicleOdometry:
     w, x, y, z = message.q
     has_attitude = math.isfinite(w + x + y + z)
     return VehicleOdometry(
-        now_us,
+        sample_us,
         pose_frame,
         position,
         (w, x, y, z) if has_attitude else NO_ATTITUDE,
