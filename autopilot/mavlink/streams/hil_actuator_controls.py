@@ -14,12 +14,6 @@ TEST_ENABLED: Final = 2
 stamp = servo_output_raw.stamp
 
 
-def stamp(now_us: int, context: Context) -> int:
-    """Once per actuator_outputs."""
-    outputs = context.actuator_outputs()
-    return 0 if outputs is None else outputs.timestamp
-
-
 def fields(now_us: int, context: Context) -> Fields | None:
     """Motors 0..1, servos -1..1; the mode is the HEARTBEAT's base mode, but guided in a mission alone."""
     outputs = context.actuator_outputs()
