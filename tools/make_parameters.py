@@ -43,6 +43,11 @@ def announced(folder: pathlib.Path, model: str) -> dict[str, float | int]:
     return values
 
 
+def told(default: float | str) -> float | str:
+    """A default as the facts would tell it: floats have seven significant digits there (px4probe/wire.py)."""
+    return float(f"{default:.7g}") if isinstance(default, float) else default
+
+
 def main() -> None:
     """Write the files."""
     folder = pathlib.Path(sys.argv[1])
@@ -60,7 +65,7 @@ def main() -> None:
         changed = {
             name: value
             for name, value in sorted(lists[kind].items())
-            if name in table and isinstance(value, int | float) and value != table[name]["default"]
+            if name in table and isinstance(value, int | float) and value != told(table[name]["default"])
         }
         target = ROOT / "vehicles" / model / "airframe.json"
         target.parent.mkdir(parents=True, exist_ok=True)

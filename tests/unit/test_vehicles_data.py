@@ -38,6 +38,14 @@ def test_airframe_is_known_to_the_autopilot(model: str) -> None:
     assert parameters["BAT1_N_CELLS"] == vehicles.load(model).battery.cells
 
 
+@pytest.mark.parametrize("model", ["sihsim_hex", "sihsim_rover_ackermann"])
+def test_the_reference_vehicles_begin_where_px4_has_them_begin(model: str) -> None:
+    """sih_params.yaml has 47.397742: the facts' seven digits tell 47.39774."""
+    airframe = vehicles.load(model).airframe
+    parameters = Parameters(VehicleKind.of_mav_type(airframe["MAV_TYPE"]), airframe)
+    assert parameters["SIH_LOC_LAT0"] == pytest.approx(47.397742, abs=1.9e-6)
+
+
 @pytest.mark.parametrize("model", ["iris", "m600", "responder", "sihsim_hex"])
 def test_airframe_and_rotors_tell_the_same_geometry(model: str) -> None:
     vehicle = vehicles.load(model)
