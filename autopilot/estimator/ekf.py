@@ -236,11 +236,8 @@ class Ekf:
         diagonal += self._growth * spread * (diagonal < self._caps)
         if self.faults.bad_acc_vertical:
             diagonal[cov.VELOCITY : cov.POSITION] += BAD_ACCEL_NOISE_M_S2**2 * spread
-        value = self.settings
         if self.height_reference != RANGE:
-            speed_squared = state.vn * state.vn + state.ve * state.ve
-            terrain = value["EKF2_TERR_NOISE"] ** 2 + value["EKF2_TERR_GRAD"] ** 2 * speed_squared
-            diagonal[cov.TERRAIN] += terrain * spread
+            diagonal[cov.TERRAIN] += self.terrain_growth() * spread
         if self.flags.wind:
             self._predict_wind(diagonal)
         state.restart_sums()
@@ -249,6 +246,11 @@ class Ekf:
             # Clipped, it would be correlated too much with the others: PX4 fuses that nothing was found, a little.
             own = self.variance(index)
             self.fuse_state(index, 0.0, 11.0 * own, 10.0 * own)
+
+    def terrain_growth(self) -> float:
+        """What a step of one second adds to the variance of the ground's height."""
+        value, state = self.settings, self.state
+        return value["EKF2_TERR_NOISE"] ** 2 + value["EKF2_TERR_GRAD"] ** 2 * (state.vn**2 + state.ve**2)
 
     def _predict_wind(self, diagonal: cov.Matrix) -> None:
         noise = self._wind_noise() * self.state.dt_s

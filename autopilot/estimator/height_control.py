@@ -58,6 +58,14 @@ def check_vertical_acceleration(ekf: Ekf, aids: list[VerticalAid]) -> None:
         faults.bad_acc_vertical = falling
 
 
+def refer_heights_to(ekf: Ekf, sensor: int) -> None:
+    """The height's reference becomes `sensor`. Steps not predicted yet were made under the old one, and under all but
+    RANGE the ground gets more uncertain."""
+    if ekf.height_reference != sensor and RANGE in (ekf.height_reference, sensor):
+        ekf.predict_covariance()
+    ekf.height_reference = sensor
+
+
 def find_height_reference(ekf: Ekf) -> None:
     """Where the reference is lost, the next best that is in use takes over."""
     if ekf.height_reference != UNKNOWN:
@@ -66,7 +74,7 @@ def find_height_reference(ekf: Ekf) -> None:
     in_use = {BARO: flags.baro_hgt, GNSS: flags.gps_hgt, RANGE: flags.rng_hgt, EV: flags.ev_hgt}
     for sensor in FALLBACKS.get(int(ekf.settings["EKF2_HGT_REF"]), FALLBACKS[GNSS]):
         if in_use[sensor]:
-            ekf.height_reference = sensor
+            refer_heights_to(ekf, sensor)
             return
 
 

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.ekf import RANGE
 from sitl_emu.autopilot.topics import DistanceSensorSample, LandingTargetPose, Vector3
 from tests.typed import now
@@ -292,6 +293,27 @@ def test_heights_that_count_from_the_ground_do_so_all_the_time() -> None:
         references.add(feed.estimator.ekf.height_reference if feed.time_s > 5.0 else RANGE)
     assert feed.estimator.ekf.flags.rng_hgt
     assert references == {RANGE}
+
+
+@pytest.mark.parametrize("standing_s", [10.0, 10.004, 10.012, 10.032, 10.048, 10.06])
+def test_the_ground_is_uncertain_by_the_steps_before_heights_refer_to_it(standing_s: float) -> None:
+    """EKF2_TERR_NOISE adds (8 ms · 5 m/s)² at each step (EKF/covariance.cpp) from the first range on; the second makes
+    heights count from the ground, and it grows no more. Whatever the filter predicts at once, nothing else is added."""
+    feed = Feed(EKF2_HGT_REF=1)
+    feed.run(standing_s)
+    ekf = feed.estimator.ekf
+    assert ekf.height_reference != RANGE
+    certain = []
+    for _ in range(100):
+        feed.topics.distance_sensor = DistanceSensorSample(feed.ticks * 4000, 0.1, 0.1, 12.0)
+        feed.run(0.02)
+        if ekf.height_reference == RANGE:
+            ekf.predict_covariance()
+            certain.append(ekf.variance(cov.TERRAIN))
+    assert ekf.height_reference == RANGE
+    step_m2 = 0.04**2
+    assert 2 * step_m2 < certain[0] - 0.01**2 < 5 * step_m2, certain
+    assert certain[-1] == pytest.approx(certain[0], rel=0.3)
 
 
 @pytest.mark.parametrize(("enabled", "seen"), [(1, True), (1, False), (0, True)])

@@ -14,6 +14,7 @@ from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
 from sitl_emu.autopilot.estimator.aid_sources.range_finder import MAX_INTERVAL_US, RangeFinder
 from sitl_emu.autopilot.estimator.ekf import HEIGHT_FUSION_TIMEOUT_US, RANGE, UNKNOWN, Ekf
+from sitl_emu.autopilot.estimator.height_control import refer_heights_to
 from sitl_emu.autopilot.estimator.resets import count_terrain_reset, reset_altitude, reset_vertical_velocity_to_zero
 from sitl_emu.autopilot.estimator.samples import RangeSample, SampleBuffer
 from sitl_emu.autopilot.topics import NAN
@@ -130,12 +131,12 @@ class RangeHeight:
             flags.rng_hgt = True
             self._fit_terrain()
         elif conditional:
-            ekf.height_reference = RANGE
+            refer_heights_to(ekf, RANGE)
             flags.rng_hgt, flags.rng_terrain = True, False
             self._fit_terrain()
         else:
             # The ground is where heights count from.
-            ekf.height_reference = RANGE
+            refer_heights_to(ekf, RANGE)
             ekf.events.add("reset_hgt_to_rng")
             reset_altitude(ekf, aid.observation[0], aid.observation_variance[0])
             ekf.state.terrain = 0.0
@@ -161,7 +162,7 @@ class RangeHeight:
         ekf = self._ekf
         if ekf.flags.rng_hgt:
             if ekf.height_reference == RANGE:
-                ekf.height_reference = UNKNOWN
+                refer_heights_to(ekf, UNKNOWN)
             ekf.flags.rng_hgt = False
 
     # --- fusion --------------------------------------------------------------------------------------------
@@ -169,9 +170,9 @@ class RangeHeight:
     def _continue(self, *, conditional: bool, startable: bool) -> None:
         ekf, flags, aid = self._ekf, self._ekf.flags, self.aid
         if conditional:
-            ekf.height_reference = RANGE
+            refer_heights_to(ekf, RANGE)
         elif ekf.height_reference == RANGE:
-            ekf.height_reference = UNKNOWN  # the fallback takes it again where it is EKF2_HGT_REF
+            refer_heights_to(ekf, UNKNOWN)  # the fallback takes it again where it is EKF2_HGT_REF
         if self.sensor.healthy and flags.rng_kin_consistent:
             self._fuse(height=flags.rng_hgt, terrain=flags.rng_terrain)
         failing = ekf.timed_out(aid.time_last_fuse, HEIGHT_FUSION_TIMEOUT_US)
@@ -197,6 +198,11 @@ class RangeHeight:
                 flags.rng_terrain = True
                 self._fuse(height=flags.rng_hgt, terrain=True)
             return
+        if self._ground_is_assumed:
+            # Up to the step before; this one has made it uncertain as any.
+            ekf.predict_covariance()
+            self._ground_is_below()
+            ekf.p[cov.TERRAIN, cov.TERRAIN] += ekf.terrain_growth() * ekf.dt_s**2
         if aid.innovation_rejected:
             self._reset_terrain()
             aid.reset(ekf.time_us)
@@ -226,6 +232,7 @@ class RangeHeight:
     def _reset_terrain(self) -> None:
         """The ground is where it was measured, as uncertain as the vehicle's own height."""
         ekf, aid = self._ekf, self.aid
+        ekf.predict_covariance()
         before = ekf.state.terrain
         cov.uncorrelate(ekf.p, cov.TERRAIN, (0.0,))
         gain = np.zeros(cov.STATES)
@@ -242,12 +249,20 @@ class RangeHeight:
         ekf, flags = self._ekf, self._ekf.flags
         if flags.in_air:
             if not ekf.was_in_air:
+                ekf.predict_covariance()
                 self._ground_is_below()
             return
         flags.rng_fault = False
-        measured = flags.rng_terrain or flags.opt_flow_terrain
-        if not measured and ekf.timed_out(ekf.terrain_fused_us, TERRAIN_TIMEOUT_US) and ekf.height_reference != RANGE:
+        if self._ground_is_assumed:
             self._ground_is_below()
+
+    @property
+    def _ground_is_assumed(self) -> bool:
+        """On the ground, and nothing has measured where that is."""
+        ekf, flags = self._ekf, self._ekf.flags
+        measured = flags.rng_terrain or flags.opt_flow_terrain
+        unknown = not measured and ekf.timed_out(ekf.terrain_fused_us, TERRAIN_TIMEOUT_US)
+        return unknown and not flags.in_air and ekf.height_reference != RANGE
 
     def _ground_is_below(self) -> None:
         ekf = self._ekf
