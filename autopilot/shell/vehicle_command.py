@@ -16,8 +16,12 @@ def send_for_result(vehicle: Vehicle, command: int, *values: float) -> int | Non
     """The same; MAV_RESULT, or None for no answer."""
     order = _order(vehicle, command, *values)
     order = order._replace(target_system=order.source_system, target_component=order.source_component)
+    acks_before = len(vehicle.topics.vehicle_command_acks)
     result = vehicle.commands.handle(vehicle.now_us, order)
-    return None if result is None else result.result
+    if result is not None:
+        return result.result
+    to_nobody = vehicle.topics.vehicle_command_acks[acks_before:]
+    return to_nobody[-1].result if to_nobody else None
 
 
 def broadcast(vehicle: Vehicle, command: int, *values: float) -> None:

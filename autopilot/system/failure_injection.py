@@ -3,16 +3,23 @@
 PX4's failure_injection_manager (src/modules/failure_injection_manager, v1.18): SYS_FAILURE_EN lets it; a unit and a
 type that PX4 has no failure for are UNSUPPORTED; an instance (1 is the first, 0 means all) fails in one way at a time;
 "ok" mends it. The sensors' failures are applied in sensors/, a motor's in the control of its vehicle.
+
+The answer names nobody (publishAck in FailureInjectionManager.cpp), so that it goes out on every link on which somebody
+was heard; without SYS_FAILURE_EN it is the link that answers, and whom.
 """
 
 import math
 from typing import ClassVar
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
-from sitl_emu.autopilot.commands.vehicle_commands import CommandResult
+from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import FailureInjection, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
+
+ACCEPTED: int = mavlink.MAV_RESULT_ACCEPTED
+TEMPORARILY_REJECTED: int = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+UNSUPPORTED: int = mavlink.MAV_RESULT_UNSUPPORTED
 
 OK: int = mavlink.FAILURE_TYPE_OK
 OFF: int = mavlink.FAILURE_TYPE_OFF
@@ -48,18 +55,23 @@ class FailureInjectionManager:
         self._topics = topics
         self._parameters = parameters
 
-    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
+    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         """param1 unit, param2 type, param3 instance."""
         if not self._parameters["SYS_FAILURE_EN"]:
             return CommandResult(mavlink.MAV_RESULT_DENIED)
         unit, kind, instance = (_byte(value) for value in (command.param1, command.param2, command.param3))
+        to_nobody = command._replace(source_system=0, source_component=0)
+        answer_later(self._topics, to_nobody, CommandResult(self._inject(unit, kind, instance)))
+        return None
+
+    def _inject(self, unit: int, kind: int, instance: int) -> int:
         if kind not in SUPPORTED.get(unit, ()):
-            return CommandResult(mavlink.MAV_RESULT_UNSUPPORTED)
+            return UNSUPPORTED
         failures = inject(self._topics.failure_injection, unit, kind, instance)
         if failures is None:
-            return CommandResult(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+            return TEMPORARILY_REJECTED
         self._topics.failure_injection = failures
-        return CommandResult(mavlink.MAV_RESULT_ACCEPTED)
+        return ACCEPTED
 
 
 def inject(failures: FailureInjection, unit: int, kind: int, instance: int) -> FailureInjection | None:

@@ -8,6 +8,8 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.system.failure_injection import FailureInjectionManager
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from sitl_emu.core import dialect as mavlink
+from tests.unit.mavlink_peer import GCS, GIMBAL, ONBOARD, PAYLOAD, Peer, command_long, only
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 GYRO, ACCEL, MAG, BARO, GPS, VIO, AIRSPEED, BATTERY, MOTOR = 0, 1, 2, 3, 4, 6, 8, 100, 101
@@ -29,7 +31,14 @@ class Bench:
         )
 
     def inject(self, unit: float, kind: float, instance: float = 0.0) -> int:
-        return self.manager.handle_command(0, VehicleCommand(420, unit, kind, instance)).result
+        """The answer, which names nobody where it is the manager's own."""
+        asked = VehicleCommand(420, unit, kind, instance, source_system=255, source_component=190)
+        refused = self.manager.handle_command(0, asked)
+        if refused is not None:
+            return refused.result
+        (ack,), self.topics.vehicle_command_acks = self.topics.vehicle_command_acks, ()
+        assert (ack.command.source_system, ack.command.source_component) == (0, 0)
+        return ack.result
 
     def kind(self, unit: int, instance: int = 1) -> int:
         return self.topics.failure_injection.type_of(unit, instance)
@@ -46,6 +55,20 @@ def test_what_can_fail_how(unit: int) -> None:
     for kind in range(8):
         expected = ACCEPTED if kind in KINDS.get(unit, ()) else UNSUPPORTED
         assert Bench().inject(unit, kind) == expected, kind
+
+
+@pytest.mark.parametrize("enabled", [0, 1])
+def test_the_answer_names_nobody_and_goes_where_somebody_was_heard(enabled: int) -> None:
+    """FailureInjectionManager.cpp, publishAck; what SYS_FAILURE_EN does not let is answered by the link that asked."""
+    peer = Peer(lambda now_us, command: manager.handle_command(now_us, command))
+    manager = FailureInjectionManager(peer.topics, Parameters(VehicleKind.MULTICOPTER, {"SYS_FAILURE_EN": enabled}))
+    peer.send(mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, 8, 0, 0, 4, 3), ONBOARD)
+    messages = {GCS: peer.send(command_long(420, GPS, OFF)), ONBOARD: peer.received(ONBOARD), PAYLOAD: []}
+    messages[GIMBAL] = peer.run(0.02, GIMBAL)
+    acks = {link: only(at_once + peer.received(link), "COMMAND_ACK") for link, at_once in messages.items()}
+    told = {link: [(ack.result, ack.target_system, ack.target_component) for ack in acks[link]] for link in acks}
+    answer = [(ACCEPTED, 0, 0) if enabled else (DENIED, 255, 190)]
+    assert told == {GCS: answer, ONBOARD: answer, PAYLOAD: [], GIMBAL: []}
 
 
 def test_an_instance_fails_in_one_way_at_a_time_until_it_is_mended() -> None:
