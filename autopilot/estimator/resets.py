@@ -272,10 +272,13 @@ def _turn_velocity(ekf: Ekf, turn: float) -> None:
 def move_origin(ekf: Ekf, latitude_deg: float, longitude_deg: float, altitude_amsl_m: float) -> None:
     """The local frame begins elsewhere; the vehicle stays where it is on the globe. What is no altitude changes none.
 
-    Where nobody knows a place on the globe yet, the vehicle stays where it is in the local frame.
+    Without an origin before, a position that may be used stays as it is in the local frame; one that may not was
+    counted from 0° N 0° E, and stays there.
     """
     ekf.apply()
     state, before = ekf.state, ekf.origin
+    if before is None and not ekf.local_horizontal_valid:
+        before = MapProjection(0.0, 0.0)
     _set_origin(ekf, MapProjection(latitude_deg, longitude_deg))
     if before is not None and ekf.origin is not None:
         place = ekf.origin.project(*before.reproject(state.pn, state.pe))
@@ -285,7 +288,7 @@ def move_origin(ekf: Ekf, latitude_deg: float, longitude_deg: float, altitude_am
         ekf.last_known_position = known
         ekf.output.reset_position(*delta, 0.0)
         _count_position_reset(ekf, delta)
-    elif ekf.local_horizontal_valid:
+    else:
         _count_position_reset(ekf, (0.0, 0.0))
         ekf.hor_pos_fused_us = ekf.time_us
     if is_altitude(altitude_amsl_m):

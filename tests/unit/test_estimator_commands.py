@@ -13,6 +13,7 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import VehicleStatus
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.geodesy import MapProjection
+from sitl_emu.core.geomagnetism import magnetic_field
 from tests.typed import now
 from tests.unit.vehicle_command import vehicle_command
 
@@ -136,6 +137,23 @@ def test_a_new_origin_tells_by_how_much_it_moved_the_frame_alone() -> None:
         )
         assert local.delta_xy == pytest.approx((local.x - before.x, local.y - before.y), abs=0.5)
         assert local.delta_z == local.delta_dist_bottom == pytest.approx(before.ref_alt - local.ref_alt)
+
+
+def test_an_origin_without_a_position_leaves_the_vehicle_where_it_was_counted_from() -> None:
+    """At 0° N 0° E: PX4 tells 5227 km south and 1067 km west of Zürich, and a jump to there (setLatLonOrigin)."""
+    feed = Feed(EKF2_GPS_CTRL=0)
+    feed.run(15.0)
+    before = feed.topics.vehicle_local_position
+    assert not before.xy_valid and not before.xy_global
+    assert give(feed, GLOBAL_ORIGIN, 0, 0, 0, 0, 47.3979, 8.5456, 480.0) == ACCEPTED
+    feed.run(3.0)
+    local, earth = feed.topics.vehicle_local_position, feed.topics.vehicle_global_position
+    assert (local.x, local.y) == pytest.approx((-5_227_338, -1_067_130), abs=20.0)
+    assert local.xy_reset_counter == before.xy_reset_counter + 1
+    assert local.delta_xy == pytest.approx((local.x - before.x, local.y - before.y), abs=20.0)
+    assert (earth.lat, earth.lon) == pytest.approx((0.0, 0.0), abs=1e-4)
+    field = magnetic_field(0.0, 0.0)
+    assert feed.estimator.fusion.magnetometer.declination_rad == pytest.approx(field.declination_rad, abs=1e-3)
 
 
 def test_a_late_position_is_carried_on_to_the_present_and_tells_all_that_it_was_off() -> None:
