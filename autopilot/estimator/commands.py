@@ -13,16 +13,21 @@ from typing import ClassVar, Final
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, answer_later
 from sitl_emu.autopilot.estimator import external_estimates
-from sitl_emu.autopilot.estimator.estimator import ENABLE_BITS, Estimator
+from sitl_emu.autopilot.estimator.aid_sources import aux_global_position
+from sitl_emu.autopilot.estimator.estimator import Estimator
 from sitl_emu.autopilot.estimator.resets import move_origin
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.c_types import integer
 
 EXTERNAL_ATTITUDE_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_ATTITUDE_ESTIMATE
 EXTERNAL_POSITION_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_POSITION_ESTIMATE
 EXTERNAL_WIND_ESTIMATE: int = mavlink.MAV_CMD_EXTERNAL_WIND_ESTIMATE
 ESTIMATOR_SENSOR_ENABLE: int = mavlink.MAV_CMD_ESTIMATOR_SENSOR_ENABLE
+AUX_GLOBAL_POSITION: Final = 3
+SENS_EN: Final = {0: 1 << 0, 1: 1 << 2, 2: 1 << 3, 4: 1 << 8, 5: 1 << 9, 6: 1 << 10, 7: 1 << 11, 8: 1 << 12}
+"""Bits of EKF2_SENS_EN by FUSION_SOURCE (VehicleCommand.msg)."""
 UNKNOWN_ACCURACY_M: Final = 50.0
 UNKNOWN_HEADING_ACCURACY_DEG: Final = 20.0
 LONGEST_DELAY_S: Final = 15.0
@@ -57,25 +62,28 @@ class EstimatorCommands:
         return ACCEPTED
 
     def _sensor_enable(self, command: VehicleCommand) -> CommandResult:
-        """param1 is the source, param3 whether it may be used (1); there is one of each (param2)."""
-        source = int(command.param1) if math.isfinite(command.param1) else -1
-        if not 0 <= source < len(ENABLE_BITS):
+        """param1 is the source, param2 which of the auxiliary positions, param3 whether it may be used (1)."""
+        source = integer("B", command.param1)
+        slot = integer("B", command.param2) if math.isfinite(command.param2) else 0
+        bit = SENS_EN.get(source, 0)
+        if source == AUX_GLOBAL_POSITION:
+            bit = aux_global_position.SENS_EN << slot if slot < aux_global_position.SLOTS else 0
+        if not bit:
             return UNSUPPORTED
-        enable = math.isfinite(command.param3) and int(command.param3) == 1
-        others = self._ekf.disabled - {source}
-        self._ekf.disabled = others if enable else others | {source}
+        ekf, enable = self._ekf, integer("i", command.param3) == 1
+        ekf.sens_en = ekf.sens_en | bit if enable else ekf.sens_en & ~bit
         if not self._topics.vehicle_status.armed:
             self._estimator.keep_enabled()
-        return ACCEPTED if not enable or self._available(source) else TEMPORARILY_REJECTED
+        return ACCEPTED if not enable or self._available(source, slot) else TEMPORARILY_REJECTED
 
-    def _available(self, source: int) -> bool:
+    def _available(self, source: int, slot: int) -> bool:
         """A parameter has switched the sensor on."""
-        value = self._parameters
+        value, positions = self._parameters, self._fusion.auxiliary.sources
         wanted = (
             value["EKF2_GPS_CTRL"],
             value["EKF2_OF_CTRL"],
             value["EKF2_EV_CTRL"],
-            any(value[f"EKF2_AGP{number}_CTRL"] for number in range(4)),
+            slot in positions and positions[slot].available,
             value["EKF2_BARO_CTRL"],
             value["EKF2_RNG_CTRL"],
             value["EKF2_MAG_TYPE"] != MAG_TYPE_NONE,

@@ -110,8 +110,8 @@ class Ekf:
         self.baro_bias, self.gnss_hgt_bias, self.ev_hgt_bias = BiasEstimator(), BiasEstimator(), BiasEstimator()
         self.ev_pos_bias = (BiasEstimator(), BiasEstimator())
         self.on_yaw_change: Quaternion | None = None
-        self.disabled: frozenset[int] = frozenset()
-        """Sensors that MAV_CMD_ESTIMATOR_SENSOR_ENABLE has switched off."""
+        self.sens_en = 0
+        """Sensors that are on, by the bits of EKF2_SENS_EN; MAV_CMD_ESTIMATOR_SENSOR_ENABLE switches them."""
 
     # --- time ----------------------------------------------------------------------------------------------
 

@@ -49,8 +49,8 @@ FASTEST_M_S: Final = 1e3
 LARGEST_SETTING: Final = 1e9
 """More than this means nothing in any unit that parameters have, and its square would leave what a float can tell."""
 QUATERNION_TOLERANCE: Final = 1e-5
-ENABLE_BITS = (1 << 0, 1 << 2, 1 << 3, 0b1111 << 4, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12)
-"""Of EKF2_SENS_EN, by MAV_CMD_ESTIMATOR_SENSOR_ENABLE's source; there may be four auxiliary positions."""
+KEPT_OF_SENS_EN: Final = 0b1_1111_1111_1101
+"""PX4 keeps no bit of a second GNSS (EKF2.cpp, syncSensEnParam)."""
 ANTENNA = ("SENS_GPS0_OFFX", "SENS_GPS0_OFFY", "SENS_GPS0_OFFZ")
 
 
@@ -129,17 +129,11 @@ class Estimator:
     def _enable_sensors(self) -> None:
         """EKF2_SENS_EN, which is not looked at in flight."""
         if not self._topics.vehicle_status.armed:
-            enabled = int(self._settings["EKF2_SENS_EN"])
-            self.ekf.disabled = frozenset(source for source, bits in enumerate(ENABLE_BITS) if not enabled & bits)
+            self.ekf.sens_en = int(self._settings["EKF2_SENS_EN"])
 
     def keep_enabled(self) -> None:
-        """EKF2_SENS_EN becomes what is enabled just now; PX4 keeps no bit of a second GNSS (EKF2.cpp,
-        syncSensEnParam). Auxiliary positions are switched together, so that those keep theirs."""
-        told, kept = int(self._parameters["EKF2_SENS_EN"]), 0
-        for source, bits in enumerate(ENABLE_BITS):
-            if source not in self.ekf.disabled:
-                kept |= told & bits or bits
-        self._parameters.set("EKF2_SENS_EN", kept, notify=False)
+        """EKF2_SENS_EN becomes what is enabled just now."""
+        self._parameters.set("EKF2_SENS_EN", self.ekf.sens_en & KEPT_OF_SENS_EN, notify=False)
 
     # --- samples -------------------------------------------------------------------------------------------
 

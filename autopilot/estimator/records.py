@@ -40,8 +40,8 @@ BIAS_CHANGE: Final = 1e-3
 VALID_VARIANCE: Final = 0.1
 MAG_VARIANCE: Final = 0.02
 MAG_BIAS_LIMIT_GA: Final = 0.5
-AIRSPEED: Final = 7
-RANGING_BEACON: Final = 8
+AIRSPEED: Final = 1 << 11
+RANGING_BEACON: Final = 1 << 12
 """MAV_CMD_ESTIMATOR_SENSOR_ENABLE's sources that no vehicle of ours has."""
 ACCEL_DEVICE, GYRO_DEVICE = DEVICE_IDS["ACC"], DEVICE_IDS["GYRO"]
 BARO_DEVICE, MAG_DEVICE = DEVICE_IDS["BARO"], DEVICE_IDS["MAG"]
@@ -295,7 +295,7 @@ def _sensor_bias(ekf: Ekf, now_us: int, stable: tuple[bool, bool, bool]) -> Esti
 
 
 def _fusion_control(fusion: Fusion, now_us: int) -> EstimatorFusionControl:
-    flags, value, disabled = fusion.ekf.flags, fusion.ekf.settings, fusion.ekf.disabled
+    flags, value, sens_en = fusion.ekf.flags, fusion.ekf.settings, fusion.ekf.sens_en
     return EstimatorFusionControl(
         now_us,
         gps_intended=(fusion.gnss.intended, False),
@@ -305,8 +305,8 @@ def _fusion_control(fusion: Fusion, now_us: int) -> EstimatorFusionControl:
         baro_intended=fusion.baro.intended,
         rng_intended=fusion.range.intended,
         mag_intended=fusion.magnetometer.intended,
-        aspd_intended=value["EKF2_ARSP_THR"] > 0.0 and AIRSPEED not in disabled,
-        rngbcn_intended=bool(int(value["EKF2_RNGBC_CTRL"])) and RANGING_BEACON not in disabled,
+        aspd_intended=value["EKF2_ARSP_THR"] > 0.0 and bool(sens_en & AIRSPEED),
+        rngbcn_intended=bool(int(value["EKF2_RNGBC_CTRL"])) and bool(sens_en & RANGING_BEACON),
         gps_active=(flags.gnss_pos or flags.gps_hgt or flags.gnss_vel, False),
         of_active=flags.opt_flow,
         ev_active=flags.ev_pos or flags.ev_hgt or flags.ev_vel or flags.ev_yaw,

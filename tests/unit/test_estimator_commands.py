@@ -22,7 +22,7 @@ from .test_estimator import circle
 
 EXTERNAL_ATTITUDE, EXTERNAL_POSITION, EXTERNAL_WIND, SENSOR_ENABLE, GLOBAL_ORIGIN = 620, 43003, 43004, 43006, 611
 ACCEPTED, TEMPORARILY_REJECTED, UNSUPPORTED, FAILED = 0, 1, 3, 4
-GPS, BARO, MAG = 0, 4, 6
+GPS, AGP, BARO, MAG = 0, 3, 4, 6
 NAN = math.nan
 
 
@@ -64,9 +64,34 @@ def test_what_was_switched_in_flight_is_kept_after_disarming() -> None:
     assert feed.parameters["EKF2_SENS_EN"] == 8191 & ~(0b11010000 | 1 << 1)
 
 
-@pytest.mark.parametrize("source", [9, 99, -1, NAN])
-def test_a_sensor_that_nobody_knows(source: float) -> None:
-    assert give(Feed(), SENSOR_ENABLE, source, 0, 1) == UNSUPPORTED
+@pytest.mark.parametrize(("source", "instance"), [(9, 0), (99, 0), (-1, 0), (AGP, 4), (AGP, -1)])
+def test_a_sensor_that_nobody_knows(source: float, instance: float) -> None:
+    assert give(Feed(), SENSOR_ENABLE, source, instance, 1) == UNSUPPORTED
+
+
+@pytest.mark.parametrize("source", [NAN, 256, 0.9])
+def test_a_source_is_taken_in_eight_bits(source: float) -> None:
+    """static_cast<uint8_t>: what is no number is 0, the GPS."""
+    feed = Feed()
+    assert give(feed, SENSOR_ENABLE, source, 0, 0) == ACCEPTED
+    assert feed.parameters["EKF2_SENS_EN"] == 8189 & ~1
+    assert give(feed, SENSOR_ENABLE, source, 0, 1) == ACCEPTED
+    assert feed.parameters["EKF2_SENS_EN"] == 8189
+
+
+def test_auxiliary_positions_are_switched_one_by_one() -> None:
+    """Each has its bit; who had no id at the start is never available (AgpSource::update)."""
+    feed = Feed(EKF2_AGP1_ID=7, EKF2_AGP1_CTRL=1, EKF2_AGP2_CTRL=1)
+    assert give(feed, SENSOR_ENABLE, AGP, 0, 0) == ACCEPTED
+    assert feed.parameters["EKF2_SENS_EN"] == 8173
+    feed.run(0.5)
+    assert feed.estimator.fusion.auxiliary.intended() == (False, True, False, False)
+    assert give(feed, SENSOR_ENABLE, AGP, 1, 0) == ACCEPTED
+    assert feed.parameters["EKF2_SENS_EN"] == 8141
+    assert feed.estimator.fusion.auxiliary.intended() == (False,) * 4
+    assert give(feed, SENSOR_ENABLE, AGP, 1, 1) == ACCEPTED
+    assert give(feed, SENSOR_ENABLE, AGP, 2, 1) == TEMPORARILY_REJECTED
+    assert feed.parameters["EKF2_SENS_EN"] == 8173
 
 
 def test_a_position_from_outside_holds_until_the_gps_has_its_way() -> None:

@@ -16,8 +16,8 @@ from sitl_emu.autopilot.estimator.resets import initialise_altitude, is_altitude
 from sitl_emu.autopilot.estimator.samples import AuxiliarySample, ImuSample, SampleBuffer
 
 SLOTS: Final = 4
-FUSION_SOURCE: Final = 3
-"""MAV_CMD_ESTIMATOR_SENSOR_ENABLE's number of all of them."""
+SENS_EN: Final = 1 << 4
+"""The first slot's bit of EKF2_SENS_EN; the others follow."""
 DEAD_RECKONING: Final = 1
 """EKF2_AGPn_MODE: reset only where nothing else gives a velocity."""
 BUFFER_LENGTH: Final = 20
@@ -29,7 +29,7 @@ class AuxSource:
     """One slot. `active`: it aids."""
 
     def __init__(self, ekf: Ekf, slot: int) -> None:
-        self._ekf, self._prefix = ekf, f"EKF2_AGP{slot}_"
+        self._ekf, self._prefix, self._sens_en = ekf, f"EKF2_AGP{slot}_", SENS_EN << slot
         self.buffer: SampleBuffer[AuxiliarySample] = SampleBuffer(BUFFER_LENGTH)
         self.aid = AidSource(2)
         self.active = False
@@ -39,7 +39,12 @@ class AuxSource:
     @property
     def intended(self) -> bool:
         """Parameters and commands want it."""
-        return bool(int(self._value("CTRL"))) and FUSION_SOURCE not in self._ekf.disabled
+        return self.available and bool(self._ekf.sens_en & self._sens_en)
+
+    @property
+    def available(self) -> bool:
+        """A parameter wants it."""
+        return bool(int(self._value("CTRL")))
 
     def _value(self, name: str) -> float:
         return self._ekf.settings[self._prefix + name]
@@ -152,10 +157,8 @@ class AuxGlobalPosition:
         return tuple(slot in self.sources and self.sources[slot].active for slot in range(SLOTS))
 
     def intended(self) -> tuple[bool, ...]:
-        """Which slots are wanted: by parameters and commands, with an id or without."""
-        ekf = self._ekf
-        enabled = FUSION_SOURCE not in ekf.disabled
-        return tuple(enabled and bool(int(ekf.settings[f"EKF2_AGP{slot}_CTRL"])) for slot in range(SLOTS))
+        """Which slots are wanted, of those that had an id."""
+        return tuple(slot in self.sources and self.sources[slot].intended for slot in range(SLOTS))
 
     def largest_ratio(self) -> float:
         """Largest filtered test ratio of those that aid."""

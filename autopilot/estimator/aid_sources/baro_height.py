@@ -13,7 +13,8 @@ from sitl_emu.autopilot.estimator.ekf import BARO, HEIGHT_FUSION_TIMEOUT_US, SEN
 from sitl_emu.autopilot.estimator.resets import initialise_altitude, reset_altitude, reset_vertical_velocity_to_zero
 from sitl_emu.autopilot.estimator.samples import BaroSample, SampleBuffer
 
-FUSION_SOURCE: Final = 4
+SENS_EN: Final = 1 << 8
+"""Its bit of EKF2_SENS_EN."""
 MAX_INTERVAL_US: Final = 200_000
 BIAS_NOISE_M_SQRT_S: Final = 0.13
 GRAVITY_M_S2: Final = 9.80665
@@ -36,7 +37,7 @@ class BaroHeight:
     @property
     def intended(self) -> bool:
         """Parameters and commands want it."""
-        return bool(int(self._ekf.settings["EKF2_BARO_CTRL"])) and FUSION_SOURCE not in self._ekf.disabled
+        return bool(int(self._ekf.settings["EKF2_BARO_CTRL"])) and bool(self._ekf.sens_en & SENS_EN)
 
     def control(self, time_us: int) -> None:
         """One step of the filter, at `time_us` of the delayed IMU."""

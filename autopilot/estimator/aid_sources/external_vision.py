@@ -15,7 +15,8 @@ from sitl_emu.autopilot.estimator.samples import ImuSample, SampleBuffer, Vision
 from sitl_emu.autopilot.topics import FRAME_NED, Quaternion
 from sitl_emu.core.attitude import product
 
-FUSION_SOURCE: Final = 2
+SENS_EN: Final = 1 << 3
+"""Its bit of EKF2_SENS_EN."""
 MAX_INTERVAL_US: Final = 200_000
 TURN_WEIGHT: Final = 0.01 / (0.01 + 10.0)
 """Of a new sample in the low-pass of the turn from vision's axes to the filter's: of ten seconds."""
@@ -35,7 +36,7 @@ class ExternalVision:
     @property
     def intended(self) -> bool:
         """Parameters and commands want it."""
-        return bool(int(self._ekf.settings["EKF2_EV_CTRL"])) and FUSION_SOURCE not in self._ekf.disabled
+        return bool(int(self._ekf.settings["EKF2_EV_CTRL"])) and bool(self._ekf.sens_en & SENS_EN)
 
     def control(self, imu: ImuSample) -> None:
         """One step of the filter."""
@@ -67,7 +68,7 @@ class ExternalVision:
             and ekf.newest_recent(self.buffer.pushed_us, MAX_INTERVAL_US)
         )
         self._follow_turn(sample, jumped=jumped)
-        enabled = FUSION_SOURCE not in ekf.disabled
+        enabled = bool(ekf.sens_en & SENS_EN)
         update = VisionUpdate(sample, self._turn, enabled=enabled, starting=starting, jumped=jumped, good=good)
         self.yaw.control(update)
         self.vel.control(imu, update)

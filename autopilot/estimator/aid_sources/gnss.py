@@ -16,7 +16,8 @@ from sitl_emu.autopilot.estimator.yaw_estimator import YawEstimator
 from sitl_emu.autopilot.topics import Vector3
 from sitl_emu.core.geodesy import MapProjection, wrap_pi
 
-FUSION_SOURCE: Final = 0
+SENS_EN: Final = 1 << 0
+"""Its bit of EKF2_SENS_EN."""
 HPOS: Final = 1
 VPOS: Final = 2
 VEL: Final = 4
@@ -48,7 +49,7 @@ class Gnss:
     @property
     def intended(self) -> bool:
         """Parameters and commands want it."""
-        return bool(int(self._ekf.settings["EKF2_GPS_CTRL"])) and FUSION_SOURCE not in self._ekf.disabled
+        return bool(int(self._ekf.settings["EKF2_GPS_CTRL"])) and bool(self._ekf.sens_en & SENS_EN)
 
     def control(self, imu: ImuSample) -> None:
         """One step of the filter."""

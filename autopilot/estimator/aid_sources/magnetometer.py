@@ -20,7 +20,8 @@ from sitl_emu.autopilot.topics import NAN, Vector3
 from sitl_emu.core.geodesy import wrap_pi
 from sitl_emu.core.geomagnetism import magnetic_field
 
-FUSION_SOURCE: Final = 6
+SENS_EN: Final = 1 << 10
+"""Its bit of EKF2_SENS_EN."""
 AUTO: Final = 0
 HEADING: Final = 1
 NONE: Final = 5
@@ -68,7 +69,7 @@ class Magnetometer:
     @property
     def intended(self) -> bool:
         """Parameters and commands want it."""
-        return int(self._ekf.settings["EKF2_MAG_TYPE"]) != NONE and FUSION_SOURCE not in self._ekf.disabled
+        return int(self._ekf.settings["EKF2_MAG_TYPE"]) != NONE and bool(self._ekf.sens_en & SENS_EN)
 
     def control(self, time_us: int) -> None:
         """One step of the filter, at `time_us` of the delayed IMU."""

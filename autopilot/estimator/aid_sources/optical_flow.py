@@ -15,7 +15,8 @@ from sitl_emu.autopilot.estimator.resets import count_terrain_reset, reset_horiz
 from sitl_emu.autopilot.estimator.samples import FlowSample, ImuSample, SampleBuffer
 from sitl_emu.autopilot.topics import Vector3
 
-FUSION_SOURCE: Final = 1
+SENS_EN: Final = 1 << 2
+"""Its bit of EKF2_SENS_EN."""
 INTERNAL_GYRO: Final = 1
 """EKF2_OF_GYR_SRC: never the sensor's own."""
 LARGEST_TILT_COS: Final = 0.7071
@@ -45,7 +46,7 @@ class OpticalFlow:
     @property
     def intended(self) -> bool:
         """Parameters and commands want it."""
-        return bool(int(self._ekf.settings["EKF2_OF_CTRL"])) and FUSION_SOURCE not in self._ekf.disabled
+        return bool(int(self._ekf.settings["EKF2_OF_CTRL"])) and bool(self._ekf.sens_en & SENS_EN)
 
     def control(self, imu: ImuSample) -> None:
         """One step of the filter."""

@@ -19,7 +19,8 @@ from sitl_emu.autopilot.estimator.resets import count_terrain_reset, reset_altit
 from sitl_emu.autopilot.estimator.samples import RangeSample, SampleBuffer
 from sitl_emu.autopilot.topics import NAN
 
-FUSION_SOURCE: Final = 5
+SENS_EN: Final = 1 << 9
+"""Its bit of EKF2_SENS_EN."""
 CONDITIONAL: Final = 1
 ENABLED: Final = 2
 """EKF2_RNG_CTRL."""
@@ -46,7 +47,7 @@ class RangeHeight:
     @property
     def intended(self) -> bool:
         """Parameters and commands want it."""
-        return bool(int(self._ekf.settings["EKF2_RNG_CTRL"])) and FUSION_SOURCE not in self._ekf.disabled
+        return bool(int(self._ekf.settings["EKF2_RNG_CTRL"])) and bool(self._ekf.sens_en & SENS_EN)
 
     def control(self, time_us: int) -> None:
         """One step of the filter, at `time_us` of the delayed IMU."""
