@@ -113,9 +113,12 @@ class EstimatorCommands:
         return ACCEPTED
 
     def _wind(self, command: VehicleCommand) -> CommandResult:
-        """param1 is the speed (m/s), param3 where the wind comes from; param2 and param4 their accuracies (degrees)."""
+        """param1 is the speed (m/s), param3 where the wind comes from; param2 and param4 their accuracies (degrees).
+
+        PX4's filter is lost with a direction that is none; here nothing changes.
+        """
         told = (command.param1, math.radians(command.param3), command.param2, math.radians(command.param4))
-        if not self._ekf.flags.in_air and math.isfinite(told[0] + told[1]):
+        if not self._ekf.flags.in_air and math.isfinite(told[1]):
             external_estimates.take_wind(self._ekf, *told)
             self._fusion.drag.wind_told = True
         answer_later(self._topics, command, UNSUPPORTED)

@@ -94,8 +94,8 @@ def take_heading(ekf: Ekf, heading_rad: float, accuracy_rad: float) -> None:
 
 
 def take_wind(ekf: Ekf, speed_m_s: float, from_rad: float, speed_accuracy: float, direction_accuracy: float) -> None:
-    """Set the wind states; `from_rad` is where the wind comes from."""
-    speed_m_s, towards = max(speed_m_s, 0.0), from_rad + math.pi
+    """Set the wind states; `from_rad` is where the wind comes from. A speed that is none is 0, as of math::max."""
+    speed_m_s, towards = speed_m_s if 0.0 < speed_m_s < math.inf else 0.0, from_rad + math.pi
     north, east = math.cos(towards), math.sin(towards)
     ekf.state.wind = (speed_m_s * north, speed_m_s * east)
     across = (speed_m_s * direction_accuracy) ** 2

@@ -162,7 +162,6 @@ class Vehicle(NamedTuple):
     functions: Sequence[int]
     """PWM_MAIN_FUNC1 and so on: what each output carries."""
     system_id: int
-    boot_unix_us: int
     thrust_model_factor: float = 0.0
     """THR_MDL_FAC."""
     reversible_flags: int = 0
@@ -180,10 +179,8 @@ def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
     actuator_servos = LoggedTopic("actuator_servos", 100, servos, "actuator_outputs", module=ROVER)
     known = [
         *COMMON,
-        LoggedTopic(
-            "vehicle_gps_position", 100, sensors.gps("vehicle_gps_position", vehicle.boot_unix_us), "sensor_gps"
-        ),
-        LoggedTopic("sensor_gps", 1000, sensors.gps("sensor_gps", vehicle.boot_unix_us)),
+        LoggedTopic("vehicle_gps_position", 100, sensors.gps("vehicle_gps_position"), "sensor_gps"),
+        LoggedTopic("sensor_gps", 1000, sensors.gps("sensor_gps")),
         LoggedTopic("vehicle_status", STATE_MS, commander.vehicle_status(vehicle.system_id), state=True),
         LoggedTopic("actuator_motors", 100, motors, "actuator_outputs"),
         *(topic for topic in (*OF_SOME_KINDS, actuator_servos) if topic.module in vehicle.modules),

@@ -259,7 +259,6 @@ class Logger:
             self._topics.vehicle_status.vehicle_kind.traits.modules,
             [int(parameters[f"PWM_MAIN_FUNC{n}"]) for n in range(1, OUTPUTS + 1)],
             int(parameters["MAV_SYS_ID"]),
-            self._unix_us_of_boot(),
             float(parameters["THR_MDL_FAC"]),
             int(parameters["CA_R_REV"]),
         )

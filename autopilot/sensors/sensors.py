@@ -198,9 +198,10 @@ class Sensors:
         self._count_calibrations(known)
 
     def _count_calibrations(self, before: Corrections) -> None:
-        """Who averages and estimates begins anew with another calibration."""
+        """Who averages and estimates begins anew with another calibration; a gyro's first one counts as well."""
         after, integrator = self._corrections, self._integrator
-        integrator.gyro_calibrations += math.dist(before.gyro_offset, after.gyro_offset) > LEAST_CHANGE
+        gyro_moved_rad_s = math.dist(before.gyro_offset, after.gyro_offset)
+        integrator.gyro_calibrations += gyro_moved_rad_s > LEAST_CHANGE or not integrator.gyro_calibrations
         integrator.accel_calibrations += math.dist(before.accel_offset, after.accel_offset) > LEAST_CHANGE
         integrator.accel_calibrations += math.dist(before.accel_scale, after.accel_scale) > LEAST_CHANGE
         self._mag_calibrations += (before.mag_offset, before.mag_matrix) != (after.mag_offset, after.mag_matrix)

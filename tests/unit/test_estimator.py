@@ -97,12 +97,14 @@ def test_an_imu_that_is_calibrated_anew_loses_the_bias_that_was_learnt() -> None
     feed = Feed()
     feed.gyro_bias_x, feed.accel_bias_z = 0.02, 0.15
     feed.run(25.0)
+    combined = feed.topics.sensor_combined
+    assert (combined.accel_calibration_count, combined.gyro_calibration_count) == (0, 1), "a gyro's first one counts"
     state = feed.estimator.ekf.state
     assert (state.gyro_bias[0], state.accel_bias[2]) == pytest.approx((0.02, 0.15), abs=0.01)
     feed.parameters.set("CAL_GYRO0_XOFF", 0.02)
     feed.step()
     combined = feed.topics.sensor_combined
-    assert (combined.accel_calibration_count, combined.gyro_calibration_count) == (0, 1)
+    assert (combined.accel_calibration_count, combined.gyro_calibration_count) == (0, 2)
     feed.run(4.0)
     assert not feed.topics.estimator_sensor_bias.gyro_bias_stable
     assert state.gyro_bias[0] == pytest.approx(0.0, abs=2e-3)

@@ -228,6 +228,17 @@ def test_wind_ends_with_the_drag_that_showed_it() -> None:
     assert feed.topics.wind.timestamp == last_us
 
 
+def test_a_wind_of_no_speed_is_none() -> None:
+    """math::max(NaN, 0) in EKF/wind.cpp; a direction that is none changes nothing."""
+    feed = Feed()
+    feed.run(2.0)
+    assert give(feed, EXTERNAL_WIND, 8.0, 1.0, 90.0, 10.0) == ACCEPTED
+    assert give(feed, EXTERNAL_WIND, 5.0, 1.0, NAN, 10.0) == ACCEPTED
+    assert feed.estimator.ekf.state.wind == pytest.approx((0.0, -8.0), abs=0.01)
+    assert give(feed, EXTERNAL_WIND, NAN, 1.0, 90.0, 10.0) == ACCEPTED
+    assert feed.estimator.ekf.state.wind == pytest.approx((0.0, 0.0))
+
+
 def test_wind_is_told_on_the_ground_and_answered_twice() -> None:
     feed = Feed()
     feed.run(2.0)

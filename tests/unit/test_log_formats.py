@@ -11,13 +11,14 @@ import pytest
 from sitl_emu.autopilot.commander.mode_requirements import SELECTABLE_MODES, VALID_MODES, modes_that_need_local_position
 from sitl_emu.autopilot.logger import logged_topics, packing, ulog
 from sitl_emu.autopilot.logger.rows import commander, control, sensors
-from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
 from sitl_emu.autopilot.topics import (
     ActuatorOutputs,
     ControlAllocatorStatus,
+    DistanceSensorSample,
     EscStatus,
     FailsafeFlags,
     HomePosition,
+    SensorGps,
     SensorsStatusImu,
     Topics,
 )
@@ -82,9 +83,7 @@ def test_every_field_has_to_be_told() -> None:
 
 def test_what_nobody_has_written_is_not_logged_as_if_it_were_known() -> None:
     """Records of a fresh vehicle that have a time have none yet: the logger leaves them out."""
-    vehicle = logged_topics.Vehicle(
-        modules=VehicleKind.MULTICOPTER.traits.modules, functions=[101], system_id=1, boot_unix_us=BOOT_UNIX_US
-    )
+    vehicle = logged_topics.Vehicle(modules=VehicleKind.MULTICOPTER.traits.modules, functions=[101], system_id=1)
     for topic in logged_topics.logged_topics(0, vehicle):
         record = getattr(Topics(), topic.source)
         assert getattr(record, "timestamp", 0) == 0, topic.name
@@ -96,6 +95,14 @@ def test_speed_controllers() -> None:
     reports = told["esc"]
     assert isinstance(reports, list)
     assert fields_of("esc_status", sensors.esc_status, EscStatus(1, (0, 0)))["esc_armed_flags"] == 0
+
+
+def test_receiver_and_range_finder_are_sihs() -> None:
+    """SensorGpsSim.cpp knows no date; the range finder's id is simulator_sih/sih.hpp's."""
+    fix = fields_of("sensor_gps", sensors.gps("sensor_gps"), SensorGps(5_000_000, fix_type=3))
+    assert (fix["device_id"], fix["time_utc_usec"], fix["vel_ned_valid"]) == (11468804, 0, True)
+    ranged = fields_of("distance_sensor", sensors.distance_sensor, DistanceSensorSample(1, 0.5, 0.1, 12.0))
+    assert ranged["device_id"] == 10092548
 
 
 def test_unused_outputs_and_actuators_say_so() -> None:

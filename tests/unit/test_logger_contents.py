@@ -51,7 +51,7 @@ from tests.unit.rover_body import RoverBody
 def test_every_topic_is_packed_whole() -> None:
     """Every row has as many values as PX4's fields, also of records that nobody has written."""
     for kind in VehicleKind:
-        vehicle = logged_topics.Vehicle(kind.traits.modules, [101, 102, 103, 104], 1, BOOT_UNIX_US)
+        vehicle = logged_topics.Vehicle(kind.traits.modules, [101, 102, 103, 104], 1)
         for topic in logged_topics.logged_topics(0xFFF, vehicle):
             record = getattr(Topics(), topic.source)
             assert len(topic.row(record)) == packing.size_of(topic.name), topic.name

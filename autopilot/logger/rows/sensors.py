@@ -32,9 +32,9 @@ SIMULATED_BAROMETER, SIMULATED_MAGNETOMETER, SIMULATED_GPS, SIMULATED_DISTANCE_S
     6620172,
     197388,
     11468804,
-    9240836,
+    10092548,
 )
-"""Device ids of PX4's simulated sensors (bus type SIMULATION, DRV_*_DEVTYPE_SIM)."""
+"""Device ids of PX4's simulated sensors (bus type SIMULATION, DRV_*_DEVTYPE_SIM; the last from SIH, sih.hpp)."""
 DEFAULT_TEMPERATURE = 0
 """vehicle_air_data's temperature_source: nobody measured it."""
 ESCS = 12
@@ -143,15 +143,14 @@ def sensor_mag(pack: Pack, record: SensorMag) -> bytes:
     return pack(record.timestamp, record.timestamp, SIMULATED_MAGNETOMETER, *record.magnetometer_ga, NAN, 0)
 
 
-def gps(topic: str, boot_unix_us: int) -> Row:
-    """A row of what the receiver says; the date of time 0 gives its clock."""
+def gps(topic: str) -> Row:
+    """A row of what the receiver says."""
 
     def compute(record: SensorGps) -> tuple[Value, ...]:
         north, east = record.vel_n_m_s, record.vel_e_m_s
-        unix_us = boot_unix_us + record.timestamp
-        return math.hypot(north, east), math.atan2(east, north), record.fix_type >= 3, unix_us
+        return math.hypot(north, east), math.atan2(east, north), record.fix_type >= 3
 
-    return by_name(topic, SensorGps, GPS, ("vel_m_s", "cog_rad", "vel_ned_valid", "time_utc_usec"), compute)
+    return by_name(topic, SensorGps, GPS, ("vel_m_s", "cog_rad", "vel_ned_valid"), compute)
 
 
 GPS: dict[str, float | str] = {
@@ -168,9 +167,10 @@ GPS: dict[str, float | str] = {
         "rtcm_injection_rate", "antenna_offset_x", "antenna_offset_y", "antenna_offset_z", "automatic_gain_control"
     ),
     **zeros("jamming_state", "spoofing_state", "authentication_state", "selected_rtcm_instance", "rtcm_crc_failed"),
-    **zeros("rtcm_msg_used"),
+    **zeros("rtcm_msg_used", "time_utc_usec"),
 }
-"""PX4's simulated receiver (sensor_gps_sim) says so much of its accuracy and nothing of jamming, antenna and RTCM."""
+"""PX4's simulated receiver (SensorGpsSim.cpp) says so much of its accuracy and nothing of date, jamming, antenna and
+RTCM."""
 distance_sensor = by_name(
     "distance_sensor",
     DistanceSensorSample,
