@@ -64,6 +64,8 @@ RECENT_US: Final = 100_000
 VERSION: Final = "sitl-emu"
 SOFTWARE_RELEASE: Final = 17957119
 """ver_sw_release: v1.18.0, release type 255, as AUTOPILOT_VERSION says."""
+NO_VENDOR_RELEASE: Final = 255
+"""ver_vendor_sw_release: 0.0.0, release type 255."""
 DATA_FORMAT: Final = 2
 """ver_data_format: latitudes and longitudes are doubles."""
 OUTPUTS: Final = 16
@@ -315,6 +317,7 @@ class Logger:
             ulog.FLAG_BITS,
             ulog.information("ver_sw", VERSION),
             ulog.information("ver_sw_release", SOFTWARE_RELEASE),
+            ulog.information("ver_vendor_sw_release", NO_VENDOR_RELEASE),
             ulog.information("ver_hw", "PX4_SITL"),
             ulog.information("sys_name", "PX4"),
             ulog.information("sys_os_name", "Linux"),
@@ -323,8 +326,6 @@ class Logger:
             ulog.information("boot_time_utc_us", self._unix_us_of_boot() + offset_min * 60_000_000),
             ulog.information_multiple("boot_console_output", f"{VERSION} stands for PX4 v1.18.0\n"),
         ]
-        if parameters["SDLOG_UUID"]:
-            messages.append(ulog.information("sys_uuid", f"{int(parameters['MAV_SYS_ID']):036x}"))
         messages += packing.definitions([each.name for each in subscriptions])
         for name in parameters:
             value, is_float = parameters[name], parameters.is_float(name)

@@ -83,6 +83,23 @@ def test_numbers_that_their_fields_cannot_hold_lose_no_record() -> None:
     assert len(command) == packing.size_of("vehicle_command")
 
 
+def test_what_a_log_says_of_who_wrote_it(tmp_path: Path) -> None:
+    """write_version in logger.cpp; SITL has no UUID (platforms/posix/include/system_config.h), and we no toolchain."""
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(0.1)
+    rig.logger.shut_down()
+    told = rig.read(FIRST).msg_info_dict
+    assert {name: told[name] for name in told if name.startswith(("ver_", "sys_"))} == {
+        "ver_sw": "sitl-emu",
+        "ver_sw_release": 0x011200FF,
+        "ver_vendor_sw_release": 255,
+        "ver_hw": "PX4_SITL",
+        "ver_data_format": 2,
+        "sys_name": "PX4",
+        "sys_os_name": "Linux",
+    }
+
+
 def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:
     rig = Rig(tmp_path, SDLOG_MODE=2, **{f"PWM_MAIN_FUNC{n}": 100.0 + n for n in range(1, 5)})
     topics = rig.topics
