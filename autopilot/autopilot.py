@@ -106,7 +106,7 @@ class Autopilot:
         self.flight_modes = FlightModes(*shared, self.texts)
         self._runs_flight_modes = "flight_mode_manager" in traits.modules
         self.control = CONTROLS[kind](*shared, self.texts)
-        self.payload_deliverer = PayloadDeliverer(*shared)
+        self.payload_deliverer = PayloadDeliverer(*shared, self.outgoing)
         self.started = self._started_modules()
         self.commands = VehicleCommands(self._owners(), self.texts.note)
         self.logger = Logger(

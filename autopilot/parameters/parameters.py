@@ -21,7 +21,7 @@ from sitl_emu.core.c_types import float32, integer
 SMALLEST_CHANGE: Final = 2.0**-23
 """PX4 takes two floats that differ by no more (FLT_EPSILON) for the same value."""
 Value = float | int
-SET_AT_EACH_START: Final = ("MAV_SYS_ID", "SIH_VEHICLE_TYPE")
+SET_AT_EACH_START: Final = ("MAV_SYS_ID", "SIH_VEHICLE_TYPE", "COM_DL_LOSS_T", "COM_RC_LOSS_T", "COM_OF_LOSS_T")
 SET_AT_FIRST_START: Final = ("SYS_AUTOSTART", "CAL_*", "SENS_BOARD_X_OFF", "SENS_DPRES_OFF")
 """Of an airframe's values: what the start-up script sets (`param set`; the second when the airframe is another than
 the one that was saved, init.d-posix/rcS), and of the barometer what its module does. To PX4 these are what somebody

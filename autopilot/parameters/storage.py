@@ -55,8 +55,9 @@ class ParameterStorage:
         self.load()
         given = parameters.set_at_start
         airframe = given.get("SYS_AUTOSTART", NO_AIRFRAME)
-        is_another = airframe not in (NO_AIRFRAME, parameters["SYS_AUTOSTART"])
-        if parameters["SYS_AUTOCONFIG"] > 0 or is_another:
+        if airframe not in (NO_AIRFRAME, parameters["SYS_AUTOSTART"]):
+            parameters.set("SYS_AUTOCONFIG", 1, notify=False)
+        if parameters["SYS_AUTOCONFIG"] > 0:
             parameters.reset(lambda name: not matches(name, KEPT_BY_AUTOCONFIG))
         elif airframe != NO_AIRFRAME and parameters[OF_FIRST_START] != parameters.default(OF_FIRST_START):
             given = {name: value for name, value in given.items() if matches(name, SET_AT_EACH_START)}

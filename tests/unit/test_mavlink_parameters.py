@@ -157,6 +157,17 @@ def test_all_that_is_not_saved_is_told_with_every_change() -> None:
     assert [each.param_id for each in only(peer.run(1.0), "PARAM_VALUE")] == ["COM_RC_IN_MODE"]
 
 
+def test_what_the_start_has_set_is_told_once_as_soon_as_there_are_links() -> None:
+    """As PX4 does, whose parameter_update was published before: send_untransmitted in mavlink_parameters.cpp."""
+    peer = Peer()
+    peer.parameters.set("CAL_MAG0_PRIO", 75, notify=False)
+    peer.parameters.set("CAL_ACC0_ID", 1310996, notify=False)
+    told = only(peer.run(0.02), "PARAM_VALUE")
+    assert [value.param_id for value in told] == ["CAL_ACC0_ID", "CAL_MAG0_PRIO"]
+    assert [value.param_id for value in only(peer.received(ONBOARD), "PARAM_VALUE")] == ["CAL_ACC0_ID", "CAL_MAG0_PRIO"]
+    assert only(peer.run(2.0), "PARAM_VALUE") == []
+
+
 def test_changes_of_the_same_second_are_told_together() -> None:
     """mavlink_parameters.h: parameter_update is looked at once a second; after a pause twice in a row."""
     peer = Peer()

@@ -70,7 +70,7 @@ def test_a_change_is_saved_after_300_ms_and_there_at_the_next_start(tmp_path: Pa
     start.parameters.set("COM_RC_IN_MODE", 2)
     start.run(0.28)
     assert not (tmp_path / storage.PARAMETERS).exists()
-    assert start.parameters.unsaved == {"MPC_XY_CRUISE", "COM_RC_IN_MODE", *SET}
+    assert start.parameters.unsaved == {"MPC_XY_CRUISE", "COM_RC_IN_MODE", "SYS_AUTOCONFIG", *SET}
     start.run(0.06)
     assert start.parameters.unsaved == set()
     assert parameter_file.decode((tmp_path / storage.PARAMETERS).read_bytes())[0] == {

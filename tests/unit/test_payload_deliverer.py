@@ -2,6 +2,7 @@
 
 import pytest
 
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
 from sitl_emu.autopilot.topics import Topics, VehicleCommand, VehicleCommandAck
@@ -18,8 +19,9 @@ class Gripper:
     """A gripper and its clock."""
 
     def __init__(self, **parameters: float) -> None:
-        self.topics = Topics()
-        self.deliverer = PayloadDeliverer(self.topics, Parameters(VehicleKind.MULTICOPTER, parameters))
+        self.topics, self.outgoing = Topics(), OutgoingCommands()
+        values = Parameters(VehicleKind.MULTICOPTER, parameters)
+        self.deliverer = PayloadDeliverer(self.topics, values, self.outgoing)
         self.now_us = 0
 
     def command(self, action: float) -> tuple[int, ...]:
@@ -37,7 +39,9 @@ class Gripper:
 
 def test_it_closes_at_the_start_and_opens_on_command() -> None:
     gripper = Gripper()
-    assert gripper.run(1.1) == []
+    assert gripper.deliverer.state == "GRABBING"
+    assert gripper.run(1.1) == [IN_PROGRESS, ACCEPTED]
+    assert gripper.deliverer.state == "GRABBED"
     assert gripper.command(GRAB) == ACCEPTED
     assert gripper.command(RELEASE) == IN_PROGRESS
     assert gripper.run(0.5) == []
@@ -45,6 +49,17 @@ def test_it_closes_at_the_start_and_opens_on_command() -> None:
     assert gripper.run(0.6) == [ACCEPTED]
     assert gripper.command(RELEASE) == ACCEPTED
     assert gripper.run(2.0) == []
+
+
+def test_what_it_commands_itself_names_nobody() -> None:
+    """send_gripper_vehicle_command: so it goes out on every link, and its answers to whoever was heard."""
+    gripper = Gripper()
+    gripper.run(1.1)
+    (told,) = gripper.outgoing.waiting
+    assert told[:3] == (DO_GRIPPER, 0.0, GRAB)
+    assert (told.target_system, told.target_component, told.from_external) == (0, 0, False)
+    acks = gripper.topics.vehicle_command_acks
+    assert [(ack.command.source_system, ack.command.source_component) for ack in acks] == [(0, 0)] * 2
 
 
 def test_it_changes_its_mind_and_answers_once() -> None:
@@ -69,7 +84,7 @@ class Mission(FakeVehicle):
 
     def __init__(self, **parameters: float) -> None:
         super().__init__(PD_GRIPPER_TYPE=0, PD_GRIPPER_TO=3.0, **parameters)
-        self.deliverer = PayloadDeliverer(self.topics, self.parameters)
+        self.deliverer = PayloadDeliverer(self.topics, self.parameters, OutgoingCommands())
         self.waited_s = 0.0
         self.run(4.0)
         self.upload(
@@ -96,7 +111,7 @@ def test_a_mission_gives_the_gripper_its_time() -> None:
     assert mission.waited_s == pytest.approx(10.0, abs=0.2)
     assert mission.topics.gripper.position == -1.0
     assert mission.topics.actuator_set.values[0] == 0.5
-    assert mission.topics.vehicle_command_acks == ()  # nobody outside has asked
+    assert len(mission.topics.vehicle_command_acks) == 2  # of the start's; nobody outside has asked
 
 
 def test_a_mission_does_not_wait_for_a_slower_gripper() -> None:

@@ -381,7 +381,9 @@ def test_what_a_module_does_not_understand_is_said_and_no_failure_but_the_comman
 def test_payload_deliverer_opens_and_closes_the_gripper() -> None:
     console = Console()
     topics = console.autopilot.topics
-    assert console.output("payload_deliverer status") == "INFO  [payload_deliverer] Gripper valid: True\n"
+    assert console.output("payload_deliverer status") == (
+        "INFO  [payload_deliverer] Gripper valid: True\nINFO  [payload_deliverer] Gripper state: GRABBING\n"
+    )
     assert console.output("payload_deliverer gripper_open") == ""
     assert topics.gripper.position == -1.0
     assert console.output("payload_deliverer gripper_close") == ""

@@ -71,10 +71,10 @@ def test_param_saves_into_a_file_and_takes_from_it(tmp_path: Path) -> None:
     printed = console.output("param import mine.bson")
     assert printed == (
         "INFO  [param] importing from 'mine.bson'\n"
-        "INFO  [parameters] BSON document size 307 bytes, decoded 307 bytes (INT32:13, FLOAT:3)\n"
+        "INFO  [parameters] BSON document size 330 bytes, decoded 330 bytes (INT32:13, FLOAT:4)\n"
     )
     assert (parameters["MPC_XY_P"], parameters["MPC_Z_P"]) == (1.25, 0.5)
-    assert console.output("param load mine.bson").startswith("INFO  [parameters] BSON document size 307 bytes")
+    assert console.output("param load mine.bson").startswith("INFO  [parameters] BSON document size 330 bytes")
     assert (parameters["MPC_XY_P"], parameters["MPC_Z_P"]) == (1.25, parameters.default("MPC_Z_P"))
     assert console.output("param load nothing.bson").startswith("ERROR [param] open 'nothing.bson' failed (2)\n")
     assert console.output("param load ../mine.bson").startswith("ERROR [param] open '../mine.bson' failed (13)\n")
@@ -90,7 +90,7 @@ def test_param_status_counts_what_is_used_changed_and_the_airframes() -> None:
     assert lines[1:4] == [
         "INFO  [parameters] file: parameters.bson",
         "INFO  [parameters] backup file: parameters_backup.bson",
-        "INFO  [parameters] storage array: 16/1864 elements (256 bytes total)",
+        "INFO  [parameters] storage array: 17/1864 elements (256 bytes total)",
     ]
     assert re.fullmatch(r"INFO  \[parameters\] storage array \(custom defaults\): \d+/1864 .*", lines[4])
     assert lines[5] == "INFO  [parameters] auto save: on"
@@ -102,8 +102,12 @@ def test_param_lists_for_an_airframe_what_is_in_use_and_no_counters() -> None:
     parameters.load({"ASPD_TAS_NOISE": 1.0, "LND_FLIGHT_T_LO": 7, "SENS_DPRES_OFF": 1.0, "RC1_MIN": 900.0})
     parameters.load({"MPC_XY_P": 1.2})
     lines = console.output("param show-for-airframe").splitlines()
-    assert lines[:2] == ["param set-default MPC_XY_P 1.2000", "param set-default SENS_BOARD_X_OFF 0.0000"]
-    assert lines[2].startswith("# Make sure to add")
+    assert lines[:3] == [
+        "param set-default COM_RC_LOSS_T 1.0000",
+        "param set-default MPC_XY_P 1.2000",
+        "param set-default SENS_BOARD_X_OFF 0.0000",
+    ]
+    assert lines[3].startswith("# Make sure to add")
 
 
 def test_param_takes_what_c_takes_for_a_number() -> None:

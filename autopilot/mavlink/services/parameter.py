@@ -2,8 +2,9 @@
 
 Integers travel byte-wise in the float field. A list begins with _HASH_CHECK and is paced, so that no socket overflows;
 a second request starts it again, without the hash. A value that is set is echoed to who set it; soon after a change,
-all values that are not saved yet are told on every link, at most once a second. What cannot be read or set is answered
-by PARAM_ERROR. Values are not checked against their bounds: PX4 does not either. PARAM_EXT is unknown to PX4 v1.18.
+and after a start, which sets some, all values that are not saved yet are told on every link, at most once a second.
+What cannot be read or set is answered by PARAM_ERROR. Values are not checked against their bounds: PX4 does not either.
+PARAM_EXT is unknown to PX4 v1.18.
 """
 
 import math
@@ -35,6 +36,8 @@ PER_TICK: Final = 5
 """Values of a list per tick of 4 ms: 1250 a second, the whole set in 0.8 s."""
 TELL_DELAY_US: Final = 5_000
 """From a change until the links hear of it (MavlinkParametersManager::send_untransmitted)."""
+BEFORE_THE_START: Final = -1
+"""Of Parameters.notifications: what the start-up script sets is published before there is a link."""
 RC_CHANNELS_MAPPED: Final = 3
 """PARAM_MAP_RC's knobs."""
 UNMAP = -2
@@ -68,7 +71,7 @@ class Parameter:
         self._say = say
         self._system_id = system_id
         self._lists: dict[Link, int] = {}
-        self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, parameters.notifications)
+        self._updates = SubscriptionInterval(PARAMETER_UPDATE_INTERVAL_US, BEFORE_THE_START)
         self._tell_us: int | None = None
         self._untold: set[Link] = set()
         """Links that hear of changes once their list has ended."""

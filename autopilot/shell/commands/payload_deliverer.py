@@ -2,15 +2,13 @@
 
 from collections.abc import Sequence
 
+from sitl_emu.autopilot.payload.payload_deliverer import GRAB, RELEASE
 from sitl_emu.autopilot.shell.command import SUCCESS, WAIT, Output, Vehicle, info, usage, warning
 from sitl_emu.autopilot.shell.commands.module import COMMANDS, HELP, default_command
-from sitl_emu.autopilot.shell.vehicle_command import send
-from sitl_emu.core import dialect as mavlink
 
 NAME = "payload_deliverer"
 NO_GRIPPER = -1
 """PD_GRIPPER_TYPE."""
-ANY_GRIPPER = 0.0
 TEST_US = 5_000_000
 """gripper_test closes it again after so long."""
 GRIPPER_COMMANDS = (
@@ -26,6 +24,8 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     has_gripper = vehicle.parameters["PD_GRIPPER_TYPE"] != NO_GRIPPER
     if command == "status":
         yield info(NAME, f"Gripper valid: {has_gripper}")
+        if has_gripper:
+            yield info(NAME, f"Gripper state: {vehicle.payload_deliverer.state}")
         return SUCCESS
     if command in ("start", "stop"):
         return (yield from default_command(NAME, True, arguments))
@@ -40,12 +40,12 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     if command == "gripper_test":
         yield info(NAME, "Test: Opening the Gripper!")
     if command != "gripper_close":
-        send(vehicle, mavlink.MAV_CMD_DO_GRIPPER, ANY_GRIPPER, float(mavlink.GRIPPER_ACTION_RELEASE))
+        vehicle.payload_deliverer.command_itself(vehicle.now_us, RELEASE)
     if command == "gripper_test":
         end_us = vehicle.now_us + TEST_US
         while vehicle.now_us < end_us:
             yield WAIT
         yield info(NAME, "Test: Closing the Gripper!")
     if command != "gripper_open":
-        send(vehicle, mavlink.MAV_CMD_DO_GRIPPER, ANY_GRIPPER, float(mavlink.GRIPPER_ACTION_GRAB))
+        vehicle.payload_deliverer.command_itself(vehicle.now_us, GRAB)
     return SUCCESS
