@@ -2,11 +2,12 @@
 
 What PX4's mc_pos_control, mc_hover_thrust_estimator, mc_att_control, mc_rate_control and control_allocator do around
 their maths (src/modules, v1.18). Position control runs when the autopilot calls `update_position` (125 Hz), attitude
-control right after it, rate control and allocation at every tick, each where the mode asks for it (control_mode),
-whether the vehicle is armed or not: what rests is its outputs. STAB, ACRO and MANUAL fly by the sticks, OFFBOARD by
-its attitude or rates where it has some, every other mode by trajectory_setpoint. In OFFBOARD by thrust and torque only
-the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode don't count
-there: until the first comes, what was there before goes on. In a termination nothing runs, and the outputs stay.
+control with each attitude (250 Hz), rate control and allocation at every tick, each where the mode asks for it
+(control_mode), whether the vehicle is armed or not: what rests is its outputs. STAB, ACRO and MANUAL fly by the sticks,
+OFFBOARD by its attitude or rates where it has some, every other mode by trajectory_setpoint. In OFFBOARD by thrust and
+torque only the allocation runs, whenever a torque comes; by direct actuators nothing does. Setpoints of before the mode
+don't count there: until the first comes, what was there before goes on. In a termination nothing runs, and the outputs
+stay.
 
 Left out: in a termination the parachute.
 """
@@ -101,7 +102,8 @@ class MulticopterControl:
         self._mode = NOTHING
         """Which controllers run: what these two ask for."""
         self._mode_of: tuple[VehicleStatus, OffboardSetpoint] | None = None
-        self._attitude_due = False
+        self._attitude_us = 0
+        """When the attitude was that was controlled last."""
         self._clear_of_ground = False
         """It has been more than a metre up since it last stood."""
         self._ticks = 0
@@ -202,7 +204,6 @@ class MulticopterControl:
         status, landed = topics.vehicle_status, topics.vehicle_land_detected
         dt = max(0.002, min(0.04, (now_us - self._position_us) * 1e-6))
         self._position_us = now_us
-        self._attitude_due = True
         # In every mode: its filters know the velocity when one begins that controls it
         states = self._vehicle_states.update(topics.vehicle_local_position, dt)
         self._setpoint.update(topics.trajectory_setpoint, topics.vehicle_local_position)
@@ -337,14 +338,15 @@ class MulticopterControl:
     # --- attitude, rates, motors -----------------------------------------------------------------------------
 
     def update_rate(self, now_us: int) -> None:
-        """Attitude control after each position control; rate control and allocation."""
+        """Attitude control with each new attitude; rate control and allocation."""
         dt = (now_us - self._rate_us) * 1e-6
         self._rate_us = now_us
         if not 0.0 < dt < 0.02:
             dt = TICK_S
         mode = self._control_mode()
-        if self._attitude_due:
-            self._attitude_due = False
+        attitude_us = self._topics.vehicle_attitude.timestamp
+        if attitude_us != self._attitude_us:
+            self._attitude_us = attitude_us
             if mode.attitude:
                 self._control_attitude(now_us)
             elif mode.rates and mode.offboard:

@@ -1,8 +1,9 @@
 """The estimator: PX4's EKF2 (src/modules/ekf2, v1.18).
 
 It hands samples of all sensors to the filter (fusion.py), which runs as far behind the present as EKF2_DELAY_MAX, and
-publishes what the output predictor makes of it at present. The state is predicted with every second IMU sample
-(125 Hz), the covariance every 64 ms; what is fused, and how, is a file for each sensor (aid_sources/).
+publishes what the output predictor makes of it at present: the attitude with each IMU sample (250 Hz), the rest with
+each step of the filter. The state is predicted with every second IMU sample (125 Hz), the covariance every 64 ms; what
+is fused, and how, is a file for each sensor (aid_sources/).
 
 Not here: airspeed and sideslip, GNSS heading, ranging beacons, several instances.
 """
@@ -68,8 +69,8 @@ class Settings(dict[str, float]):
 
 
 class Estimator:
-    """Writer of vehicle_angular_velocity (250 Hz), vehicle_attitude, vehicle_local_position and _global_position (with
-    each step of the filter, 125 Hz), wind, and all that records.py tells."""
+    """Writer of vehicle_angular_velocity and vehicle_attitude (250 Hz), vehicle_local_position and _global_position
+    (with each step of the filter, 125 Hz), wind, and all that records.py tells."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
@@ -116,10 +117,10 @@ class Estimator:
         # PX4 hands over the sample that has just come, then the others, then lets the filter run.
         self._feed(now_us)
         stepped = fusion.on_imu(now_us, imu.gyro_rad_s, imu.accelerometer_m_s2, dt_s)
-        if not stepped:
-            return
         if self.ekf.flags.tilt_align:
             publication.attitude(now_us)
+        if not stepped:
+            return
         publication.local_position(now_us)
         publication.global_position(now_us)
         if not self._declination_saved:

@@ -69,12 +69,13 @@ class Fusion:
         ax, ay, az = accel
         if int(ekf.settings["EKF2_DRAG_CTRL"]):
             self.drag.gather(time_us, ax * dt_s, ay * dt_s, dt_s)
+        gx, gy, gz, ax, ay, az = gx * dt_s, gy * dt_s, gz * dt_s, ax * dt_s, ay * dt_s, az * dt_s
+        ekf.output.update(gx, gy, gz, ax, ay, az, dt_s)
         sampler = ekf.down_sampler
-        if not sampler.update(time_us, gx * dt_s, gy * dt_s, gz * dt_s, ax * dt_s, ay * dt_s, az * dt_s, dt_s):
+        if not sampler.update(time_us, gx, gy, gz, ax, ay, az, dt_s):
             return False
-        imu, newest = self._imu, sampler.take()
-        ekf.output.update(newest)
-        imu.append(newest)
+        imu = self._imu
+        imu.append(sampler.take())
         if len(imu) < ekf.imu_buffer_length:
             return False
         self._observation_interval_us = (time_us - imu[0].time_us) // (ekf.observation_buffer_length - 1)

@@ -3,10 +3,8 @@
 PX4's EKF2 (EKF/output_predictor, v1.18; idea: A. Khosravian and others, "Recursive attitude estimation in the presence
 of multi-rate and multi-delay vector measurements", ACC 2015). The past of the integration is kept as far back as the
 fusion horizon. There it is compared with the filter: attitude errors are worked off by a turn that is added to each
-step, errors of velocity and position shift the whole past at once, with gains that follow from EKF2_TAU_VEL and
+sample, errors of velocity and position shift the whole past at once, with gains that follow from EKF2_TAU_VEL and
 EKF2_TAU_POS. A second integration of the height alone keeps a velocity that fits the change of height (`z_deriv`).
-
-PX4 integrates at the IMU's rate; here the filter's steps are integrated, as nothing looks at the present in between.
 
 Shifts of the whole past are kept as one sum: a stored velocity or position is what it was when stored, less that sum.
 """
@@ -15,7 +13,6 @@ import math
 from collections import deque
 from typing import Final
 
-from sitl_emu.autopilot.estimator.samples import ImuSample
 from sitl_emu.autopilot.topics import Quaternion, Vector3
 from sitl_emu.core.attitude import Rotation, after_small_turn, product, rotation
 
@@ -29,6 +26,7 @@ LEAST_DT_S: Final = 1e-4
 MOST_DT_S: Final = 0.03
 MEAN_WEIGHT: Final = 0.2
 STEP_AT_START_S: Final = 0.01
+SAMPLE_AT_START_S: Final = 0.005
 LARGEST_ERROR_M_S: Final = 1e4
 LARGEST_ERROR_M: Final = 1e7
 """Beyond this the past tells nothing, and the integration begins anew (ours; the filter's velocity is 1e3 at most)."""
@@ -60,13 +58,15 @@ class OutputPredictor:
         self._gyro_bias: Vector3 = (0.0, 0.0, 0.0)
         self._accel_bias: Vector3 = (0.0, 0.0, 0.0)
         self._turn: Vector3 = (0.0, 0.0, 0.0)
-        """Half the angle that is added to each step, in the body's axes."""
+        """Half the angle that is added to each sample, in the body's axes."""
         self._attitude_error = 0.0
         self._v_integral: Vector3 = (0.0, 0.0, 0.0)
         self._p_integral: Vector3 = (0.0, 0.0, 0.0)
-        self._step_s = STEP_AT_START_S
+        self._step_s, self._sample_s = STEP_AT_START_S, SAMPLE_AT_START_S
+        """Means of what lies between two corrections, and between two samples."""
+        self._sum_vn = self._sum_ve = self._sum_vd = 0.0
         self.acceleration: Vector3 = (0.0, 0.0, 0.0)
-        """Mean over the last step, NED."""
+        """Mean over the last step of the filter, NED."""
 
     def align(self, q: Quaternion, velocity: Vector3, position: Vector3) -> None:
         """Begin anew at this state; the past is forgotten."""
@@ -79,9 +79,9 @@ class OutputPredictor:
         self._shift_z_deriv = 0.0
         self._v_integral = self._p_integral = (0.0, 0.0, 0.0)
 
-    def update(self, imu: ImuSample) -> None:
-        """The newest step."""
-        _, (ux, uy, uz), (ax, ay, az), dt = imu
+    def update(self, ux: float, uy: float, uz: float, ax: float, ay: float, az: float, dt: float) -> None:
+        """The newest sample: by how much it has turned (rad), and how its velocity has changed (m/s), in `dt` (s)."""
+        self._sample_s += MEAN_WEIGHT * (min(max(dt, LEAST_DT_S), MOST_DT_S) - self._sample_s)
         bx, by, bz = self._gyro_bias
         tx, ty, tz = self._turn
         half = 0.5 * dt
@@ -95,8 +95,10 @@ class OutputPredictor:
         dvn = r00 * ax + r01 * ay + r02 * az
         dve = r10 * ax + r11 * ay + r12 * az
         dvd = r20 * ax + r21 * ay + r22 * az + self.gravity_m_s2 * dt
-        self.acceleration = (dvn / dt, dve / dt, dvd / dt)
-        self._dt_s = dt
+        self._sum_vn += dvn
+        self._sum_ve += dve
+        self._sum_vd += dvd
+        self._dt_s += dt
         vn, ve, vd = self.vn, self.ve, self.vd
         self.pn += (vn + 0.5 * dvn) * dt
         self.pe += (ve + 0.5 * dve) * dt
@@ -118,6 +120,9 @@ class OutputPredictor:
     ) -> None:
         """Follow the filter, which has these states `delay_s` ago; `taus_s`: EKF2_TAU_VEL, EKF2_TAU_POS."""
         self._step_s += MEAN_WEIGHT * (min(max(dt_s, LEAST_DT_S), MOST_DT_S) - self._step_s)
+        since_s = self._dt_s
+        self.acceleration = (self._sum_vn / since_s, self._sum_ve / since_s, self._sum_vd / since_s)
+        self._sum_vn = self._sum_ve = self._sum_vd = 0.0
         self._gyro_bias, self._accel_bias = biases
         on, oe, od, opn, ope, opd = self._remember(q, delay_s)
         step_s = self._step_s
@@ -156,6 +161,7 @@ class OutputPredictor:
                 self.z_deriv - self._shift_z_deriv, self._dt_s,
             )
         )  # fmt: skip
+        self._dt_s = 0.0
         (ow, ox, oy, oz), vn, ve, vd, pn, pe, pd, _, _ = past[0]
         w, x, y, z = q
         # error = inverse(q) * past attitude; its vector part is half the angle in the body's axes
@@ -164,7 +170,7 @@ class OutputPredictor:
         ex = sign * (w * ox - x * ow - y * oz + z * oy)
         ey = sign * (w * oy + x * oz - y * ow - z * ox)
         ez = sign * (w * oz - x * oy + y * ox - z * ow)
-        gain = ATTITUDE_SHARE * self._step_s / max(delay_s, self._step_s)
+        gain = ATTITUDE_SHARE * self._sample_s / max(delay_s, self._sample_s)
         self._turn = (ex * gain, ey * gain, ez * gain)
         self._attitude_error = 2.0 * math.sqrt(ex * ex + ey * ey + ez * ez)
         return vn + sn, ve + se, vd + sd, pn + tn, pe + te, pd + td

@@ -50,6 +50,7 @@ class FlyingControl:
         for _ in range(steps):
             self.now_us = now_us = self.now_us + 8000
             self.topics.trajectory_setpoint = TrajectorySetpoint(now_us, velocity=(0.0, 0.0, 0.0))
+            self.topics.vehicle_attitude = self.topics.vehicle_attitude._replace(timestamp=now_us)
             self.topics.vehicle_local_position = VehicleLocalPosition(
                 now_us, now_us, True, True, True, True, z=-5.0, vx=north,
                 heading_reset_counter=heading_resets, delta_heading=delta_heading,
@@ -258,6 +259,20 @@ def test_a_jump_of_the_heading_does_not_turn_a_vehicle_that_sticks_fly(jump: flo
         topics.vehicle_attitude = VehicleAttitude(q=quaternion(0.0, 0.0, now), euler=(0.0, 0.0, now))
         flown.fly(100, heading_resets=resets, delta_heading=jump)
     assert math.remainder(heading(topics.vehicle_attitude_setpoint.q_d) - now, math.tau) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_attitude_is_controlled_with_each_that_is_told() -> None:
+    """MulticopterAttitudeControl runs on vehicle_attitude, at 250 Hz, and not without."""
+    flown = FlyingControl()
+    flown.fly(2)
+    topics, told_us = flown.topics, []
+    for tick in range(6):
+        flown.now_us += 4000
+        if tick < 4:
+            topics.vehicle_attitude = topics.vehicle_attitude._replace(timestamp=flown.now_us)
+        flown.control.update_rate(flown.now_us)
+        told_us.append(flown.now_us - topics.vehicle_rates_setpoint.timestamp)
+    assert told_us == [0, 0, 0, 0, 4000, 8000]
 
 
 def test_a_parameter_that_changes_in_flight_does_not_stop_motors_with_a_slew_rate() -> None:

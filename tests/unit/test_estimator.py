@@ -82,6 +82,19 @@ def test_follows_a_moving_vehicle() -> None:
         assert abs(roll) < 0.03 and abs(pitch) < 0.03 and abs(yaw - 0.7) < 0.05
 
 
+def test_the_attitude_is_told_with_each_imu_sample() -> None:
+    """EKF2.cpp, PublishAttitude; positions come with each step of the filter, which is two samples."""
+    feed = Feed()
+    feed.run(3.0)
+    attitudes, positions = set(), set()
+    for _ in range(20):
+        feed.step()
+        attitudes.add(feed.topics.vehicle_attitude.q)
+        assert feed.topics.vehicle_attitude.timestamp == feed.ticks * 4000
+        positions.add(feed.topics.vehicle_local_position.timestamp)
+    assert len(attitudes) == 20 and len(positions) in (10, 11)
+
+
 def test_learns_an_imu_bias() -> None:
     feed = Feed()
     feed.accel_bias_z, feed.gyro_bias_x = 0.15, 0.02

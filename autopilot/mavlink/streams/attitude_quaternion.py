@@ -8,7 +8,7 @@ ID = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION
 
 
 def stamp(now_us: int, context: Context) -> int:
-    """Every sample of the gyro brings an attitude (EKF2::PublishAttitude); here the filter turns with every second."""
+    """Every sample of the gyro brings an attitude (EKF2::PublishAttitude)."""
     return context.topics.vehicle_angular_velocity.timestamp
 
 
