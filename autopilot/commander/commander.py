@@ -173,8 +173,7 @@ class Commander:
         self._authorization.update(now_us)
         self._handlers.arm_with_leave(now_us)
         self._failure_detector.update(now_us)
-        self._watch_battery(now_us)
-        if self._off_us is not None:
+        if self._turns_off(now_us):
             return
         self._hold_without_sticks()
         self._pilot.update(now_us, in_failsafe=self._failsafe.in_failsafe)
@@ -193,17 +192,18 @@ class Commander:
         self._publish_vehicle_status(now_us)
         self._take_navigator_commands(now_us)
 
-    def _watch_battery(self, now_us: int) -> None:
-        """An empty one turns off a vehicle that is not armed: nobody commands it any more; in a minute it is off."""
+    def _turns_off(self, now_us: int) -> bool:
+        """An empty battery turns off who is not armed: nobody commands it any more, in a minute it is off."""
         before, self._battery_warning = self._battery_warning, self._topics.failsafe_flags.battery_warning
         if before == self._battery_warning or self._battery_warning != BATTERY_EMERGENCY:
-            return
+            return False
         if self._arming.armed:
             self._say(Severity.CRITICAL, "System does not support shutdown\t", "commander_low_bat_shutdown_failed")
-            return
+            return False
         text = "Dangerously low battery! Shutting system down in 60 seconds\t"
         self._say(Severity.CRITICAL, text, "commander_low_bat_shutdown")
         self._off_us = now_us + OFF_AFTER_US
+        return True
 
     def _hold_without_sticks(self) -> None:
         """NAV_RCL_ACT 7: where a mode of sticks loses them, HOLD is chosen, which is no failsafe."""
