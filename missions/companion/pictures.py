@@ -14,7 +14,7 @@ from sitl_emu.missions.companion.inference import Looked
 KEPT_FRAMES = 96
 """Of those with detections: a target is confirmed seconds after the frame that showed it best."""
 BOX_COLOUR, TEXT_COLOUR, FOUND_COLOUR = (0, 200, 255), (255, 255, 255), (60, 60, 255)
-TEXT_SCALE, LINE_PX = 0.42, 16
+TEXT_SCALE, LINE_PX = 0.5, 18
 JPEG_QUALITY = 88
 
 
@@ -51,7 +51,7 @@ def draw(image: Image, detections: Sequence[Detection], event: Event) -> Image:
     if "x" in event.data:
         x, y, w, h = (float(event.data[key]) for key in ("x", "y", "w", "h"))
         _box(drawn, x, y, w, h, FOUND_COLOUR, "")
-    _write(drawn, f"t = {event.time_us / 1e6:.1f} s  {event.text}"[:90], 6, LINE_PX, TEXT_COLOUR)
+    _write(drawn, f"t = {event.time_us / 1e6:.1f} s  {event.text}"[:80], 6, LINE_PX, TEXT_COLOUR)
     return drawn
 
 
