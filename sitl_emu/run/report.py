@@ -133,6 +133,7 @@ def draw_map(
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
     figure.legend(loc="outside right center", fontsize=9, frameon=False)  # beside the map, however wide that is
+    figure.draw_without_rendering()  # the first time the legend's width is not known yet, and labels end outside
     return figure
 
 

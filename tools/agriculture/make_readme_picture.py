@@ -33,7 +33,6 @@ def main() -> None:
     figure = draw_map(world.truth(0.0), tracks, [page(summary)], world.photo())
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    canvas.draw()  # its layout is settled when the legend's width is known
     picture = cv2.cvtColor(np.asarray(canvas.buffer_rgba()), cv2.COLOR_RGBA2BGR)
     picture = cv2.resize(picture, (round(picture.shape[1] * HEIGHT_PX / picture.shape[0]), HEIGHT_PX))
     frames = [sorted((folder / "frames").glob(f"{name}-*.jpg"))[0] for name in ("uas", "ugv")]
