@@ -373,39 +373,6 @@ def test_high_latency_comes_with_its_stream() -> None:
     assert len(only(peer.send(begun, ONBOARD), "HIGH_LATENCY2")) == 1
 
 
-def test_an_interval_that_is_set_again_and_again_still_sends() -> None:
-    """A stream keeps the moment of its last message (Mavlink::configure_stream)."""
-    peer = Peer()
-    peer.fly_and_run(1.0)
-    count = 0
-    for _ in range(10):
-        count += len(only(peer.send(command_long(SET_MESSAGE_INTERVAL, 1, 1e6)), "SYS_STATUS"))
-        count += len(only(peer.fly_and_run(0.5), "SYS_STATUS"))
-    assert count == pytest.approx(5, abs=1)
-
-
-@pytest.mark.parametrize(
-    ("number", "interval_us"),
-    [
-        (mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_STATUS, 2_000_000),
-        (mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_SET_ATTITUDE, 200_000),
-        (mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, -1),
-        (mavlink.MAVLINK_MSG_ID_CAMERA_TRIGGER, -1),
-        (mavlink.MAVLINK_MSG_ID_COMMAND_LONG, -1),
-        (mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, -1),
-    ],
-)
-def test_streams_of_payloads_have_their_intervals_without_one(number: int, interval_us: int) -> None:
-    """A real PX4 v1.18 without gimbal and camera; a stream without limit, and what is no stream, is -1."""
-    peer = Peer()
-    for link in (ONBOARD, PAYLOAD):
-        for _ in range(2):
-            replies = peer.send(command_long(GET_MESSAGE_INTERVAL, number), link)
-            (told,) = only(replies, "MESSAGE_INTERVAL")
-            assert told.interval_us == interval_us
-            peer.send(command_long(SET_MESSAGE_INTERVAL, number, 0.0), link)
-
-
 def test_a_receiver_that_fell_silent_is_told_once_a_second() -> None:
     peer = Peer()
     peer.fly_and_run(1.0)
@@ -518,54 +485,3 @@ def test_the_origin_is_told_when_it_changes() -> None:
     told = only(peer.fly_and_run(3.0, ONBOARD), "GPS_GLOBAL_ORIGIN")
     assert [message.latitude for message in told] == [round(LAT_DEG * 1e7)]
     assert only(peer.send(command_long(REQUEST_MESSAGE, 49)), "GPS_GLOBAL_ORIGIN")
-
-
-def test_streams_that_have_nothing_to_say_have_intervals() -> None:
-    """NAV_CONTROLLER_OUTPUT runs from the start, GPS2_RAW without limit on the onboard link, SCALED_IMU2 not."""
-    peer = Peer()
-    intervals = []
-    for number, link in ((62, GCS), (62, ONBOARD), (124, ONBOARD), (116, GCS)):
-        replies = peer.send(command_long(GET_MESSAGE_INTERVAL, number), link)
-        intervals.append(only(replies, "MESSAGE_INTERVAL")[0].interval_us)
-    assert intervals == [1_000_000, 100_000, -1, -1]
-    assert only(peer.send(command_long(SET_MESSAGE_INTERVAL, 116, 50_000.0)), "COMMAND_ACK")[0].result == ACCEPTED
-    replies = peer.send(command_long(GET_MESSAGE_INTERVAL, 116))
-    assert only(replies, "MESSAGE_INTERVAL")[0].interval_us == 50_000
-    assert only(peer.send(command_long(REQUEST_MESSAGE, 116)), "COMMAND_ACK")[0].result == DENIED
-    peer.send(command_long(SET_MESSAGE_INTERVAL, 116, -1.0))
-    replies = peer.send(command_long(GET_MESSAGE_INTERVAL, 116))
-    assert only(replies, "MESSAGE_INTERVAL")[0].interval_us == -1
-
-
-@pytest.mark.parametrize(
-    ("name", "first_us", "default_us"),
-    [
-        ("ATTITUDE_QUATERNION", 20_000, 100_000),
-        ("RC_CHANNELS", 50_000, 200_000),
-        ("OPTICAL_FLOW_RAD", 100_000, -1),
-        ("GPS_RAW_INT", 200_000, 200_000),
-        ("GPS_GLOBAL_ORIGIN", 1_000_000, 1_000_000),
-        ("TIME_ESTIMATE_TO_TARGET", 1_000_000, 1_000_000),
-        ("ADSB_VEHICLE", 200_000, 200_000),
-        ("GIMBAL_DEVICE_ATTITUDE_STATUS", 200_000, 200_000),
-        ("MOUNT_ORIENTATION", 100_000, 100_000),
-        ("FUEL_STATUS", 1_000_000, 1_000_000),
-        ("OPEN_DRONE_ID_ARM_STATUS", 1_000_000, 1_000_000),
-    ],
-)
-def test_intervals_of_a_ground_stations_link(name: str, first_us: int, default_us: int) -> None:
-    """By px4-rc.mavlink, and by the mode (Mavlink::configure_streams_to_default)."""
-    peer, number = Peer(), getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
-    told = []
-    for _ in range(2):
-        replies = peer.send(command_long(GET_MESSAGE_INTERVAL, number))
-        told.append(only(replies, "MESSAGE_INTERVAL")[0].interval_us)
-        peer.send(command_long(SET_MESSAGE_INTERVAL, number, 0.0))
-    assert told == [first_us, default_us]
-
-
-@pytest.mark.parametrize("name", ["COLLISION", "GPS_RTCM_DATA"])
-def test_what_px4_has_no_stream_for_has_no_interval(name: str) -> None:
-    message_id = getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
-    ack = only(Peer().send(command_long(SET_MESSAGE_INTERVAL, message_id, 1e6)), "COMMAND_ACK")[0]
-    assert ack.result == mavlink.MAV_RESULT_FAILED

@@ -219,9 +219,6 @@ def test_a_missions_landing(precision: int, place: tuple[float, float]) -> None:
     assert (rig.north, rig.east) == pytest.approx(place, abs=0.5)
 
 
-# --- messages -----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("sub_mode", [5, 9])
 def test_a_rover_lands_precisely_too_where_it_is(sub_mode: int) -> None:
     """PX4's PrecLand asks for no kind of vehicle; no target is told of here."""
@@ -253,6 +250,9 @@ def test_a_missions_precision_landing_ends_as_a_landing() -> None:
     assert rig.topics.navigator_mission_item.timestamp == rig.now_us
     rig.run(0.2)
     assert "Mission finished, landed" in rig.take_texts()
+
+
+# --- messages -----------------------------------------------------------------------------------------------
 
 
 def landing_target(**changes: Any) -> Any:
