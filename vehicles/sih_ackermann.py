@@ -200,7 +200,8 @@ def rounds_away(lat_deg: float, lon_deg: float, gravity_m_s2: float, mass_kg: fl
     It first falls for a step, as it is not below its start. From then on friction stops it as if nothing else acted,
     which takes away just what its weight gives it in a step: no force is left for the ground to hold, and the rover
     sinks at g dt, 0.039 m/s, until it is driven. What SIH's float32 leaves of the two mostly lets the ground catch it,
-    and in about one place of ten does not; PX4's default home is such a place.
+    and in about one place of ten does not; PX4's default home is such a place. Where nothing decides but zeros, on the
+    equator at 0° E, this says that it falls, and SIH's does not.
     """
     lat, lon = math.radians(float32(lat_deg)), math.radians(float32(lon_deg))
     down = (-math.cos(lat) * math.cos(lon), -math.cos(lat) * math.sin(lon), -math.sin(lat))
