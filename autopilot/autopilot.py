@@ -55,8 +55,11 @@ SITL_DEFAULTS: Final = {"COM_CPU_MAX": -1.0, "COM_RAM_MAX": -1.0}
 """Of every airframe (init.d-posix/rcS): how busy a simulation is tells nothing of a vehicle."""
 POSITION_EVERY: Final = 2
 """Modes and position control run on every second tick (125 Hz), as PX4's do on vehicle_local_position."""
-COMMANDER_EVERY: Final = 5
-"""Commander and navigator run on every fifth tick (50 Hz)."""
+COMMANDER_EVERY: Final = 3
+"""Commander and navigator run on every third tick (83 Hz): between two runs PX4's commander sleeps 10 ms
+(COMMANDER_MONITORING_INTERVAL), which are three ticks, as simulated time stands between them."""
+OTHERS_EVERY: Final = 5
+"""What watches sensors, saves, and acts on a payload runs on every fifth tick (50 Hz, ours)."""
 
 
 class Autopilot:
@@ -134,17 +137,19 @@ class Autopilot:
         self.estimator.update(now_us)
         if self.commander.calibration.busy:
             self.commander.calibration.update(now_us)
-        if ticks % COMMANDER_EVERY == 0:
+        if ticks % OTHERS_EVERY == 0:
             self.parameter_corrections.update(now_us)
             self.in_flight_calibration.update(now_us)
             self.gyro_calibration.update(now_us)
             self.mag_failover.update(now_us)
             self.baro_failover.update(now_us)
+        if ticks % COMMANDER_EVERY == 0:
             self.land_detector.update(now_us)
             self.rc_update.update()
             self.manual_control.update(now_us)
             self.commander.update(now_us)
             self.navigator.update(now_us)
+        if ticks % OTHERS_EVERY == 0:
             if self.vision_target_estimator is not None:
                 self.vision_target_estimator.update(now_us)
             self.payload_deliverer.update(now_us)

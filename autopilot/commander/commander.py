@@ -39,6 +39,7 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
 CHECKS_INTERVAL_US: Final = 100_000
+"""At least: with a run every 12 ms they come every 108."""
 STATUS_INTERVAL_US: Final = 500_000
 """Commander::run: vehicle_status is published at 2 Hz, and at once when something has changed."""
 BATTERY_EMERGENCY: Final = 3
@@ -161,7 +162,7 @@ class Commander:
         return None if result is None else CommandResult(result)
 
     def update(self, now_us: int) -> None:
-        """At 50 Hz, in the order of Commander::run: what the checks find, is acted upon the next time."""
+        """At 83 Hz, in the order of Commander::run: what the checks find, is acted upon the next time."""
         if self._off_us is not None:
             if now_us >= self._off_us:
                 self._off_us = NEVER_US

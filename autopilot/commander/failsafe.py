@@ -143,7 +143,7 @@ class Failsafe:
         """The mode to fly. `user_mode` is what was asked for, `mode_changes` counts the requests.
 
         `sticks_take_over`: the pilot moves the sticks, to have the vehicle back. Judges anew only when something has
-        changed, or a delay runs: this runs 50 times a second.
+        changed, or a delay runs: this runs 83 times a second.
         """
         if armed and not self._was_armed:
             self._armed_us = now_us

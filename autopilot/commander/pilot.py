@@ -43,7 +43,7 @@ class Pilot:
         """The sticks move while a failsafe is flown."""
 
     def update(self, now_us: int, *, in_failsafe: bool) -> None:
-        """At 50 Hz."""
+        """At 83 Hz."""
         self.wants_control = False
         requests = self._topics.action_requests
         if requests and requests[-1].number != self._requests_seen:

@@ -18,7 +18,7 @@ class FlightTime:
         self._takeoff_us: int | None = None
 
     def update(self, now_us: int, *, armed: bool, landed: bool) -> None:
-        """Run at 50 Hz."""
+        """Run at 83 Hz."""
         if not armed:
             if self._takeoff_us is not None:
                 self._add(now_us - self._takeoff_us)

@@ -27,7 +27,7 @@ class Detector(Protocol):
     """What a kind of vehicle finds out for itself."""
 
     def update(self, now_us: int) -> tuple[bool, ...]:
-        """landed, maybe_landed, ground_contact, freefall and in_ground_effect, at 50 Hz."""
+        """landed, maybe_landed, ground_contact, freefall and in_ground_effect, at 83 Hz."""
         ...
 
     def details(self, now_us: int) -> tuple[bool, ...]:
@@ -52,7 +52,7 @@ class LandDetector:
         self._moved_us = 0
 
     def update(self, now_us: int) -> None:
-        """Run at 50 Hz."""
+        """Run at 83 Hz."""
         topics = self._topics
         last = topics.vehicle_land_detected
         self._flight_time.update(now_us, armed=topics.actuator_armed.armed, landed=last.landed)

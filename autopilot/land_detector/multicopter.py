@@ -51,7 +51,7 @@ class MulticopterLandDetector:
         self._knows_hover_thrust = False
 
     def update(self, now_us: int) -> tuple[bool, ...]:
-        """landed, maybe_landed, ground_contact, freefall and in_ground_effect, at 50 Hz."""
+        """landed, maybe_landed, ground_contact, freefall and in_ground_effect, at 83 Hz."""
         topics = self._topics
         armed, local = topics.actuator_armed.armed, topics.vehicle_local_position
         self._measures_distance |= bool(local.dist_bottom_sensor_bitfield & BY_RANGE)

@@ -138,7 +138,7 @@ class ManualControl:
         self._requests = 0
 
     def update(self, now_us: int) -> None:
-        """At 50 Hz; a few comparisons while nobody holds a stick.
+        """At 83 Hz; a few comparisons while nobody holds a stick.
 
         It runs when the sticks that were chosen last are told, when switches are, and 200 ms after it ran last: then
         others are looked at, too, and what is silent is found to be. Sticks are published each time.

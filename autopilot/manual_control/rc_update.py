@@ -89,7 +89,7 @@ class RcUpdate:
         """Where the channels that turn parameters were when they last did."""
 
     def update(self) -> None:
-        """When there is something new in input_rc, which is hardly ever; 50 Hz."""
+        """When there is something new in input_rc, which is hardly ever; 83 Hz."""
         received = self._topics.input_rc
         if received is self._input:
             return

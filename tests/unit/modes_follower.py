@@ -24,7 +24,8 @@ from sitl_emu.core.geodesy import MapProjection
 
 HOME = MapProjection(47.397742, 8.545594)
 ALTITUDE_M = 488.0
-DT_US = 8000
+STEP_S = 0.02
+"""How often a task runs (`flight_modes.INTERVAL_US`)."""
 
 
 class Row(NamedTuple):
@@ -82,17 +83,25 @@ class Follower:
     def fly(self, seconds: float, each: Callable[[], None] | None = None) -> list[Row]:
         """Run for a time, or until `each` raises StopIteration."""
         rows = []
-        for _ in range(round(seconds * 1e6 / DT_US)):
-            self.now_us += DT_US
+        for _ in range(round(seconds / STEP_S)):
+            self.now_us += round(STEP_S * 1e6)
             if each is not None:
                 try:
                     each()
                 except StopIteration:
                     break
             self.modes.update(self.now_us)
-            self._follow(DT_US * 1e-6)
+            self._follow(STEP_S)
             rows.append(Row(self.now_us * 1e-6, self.topics.trajectory_setpoint, self.topics.vehicle_local_position))
         return rows
+
+    def stand(self, seconds: float) -> TrajectorySetpoint:
+        """Run the modes for a time in which the vehicle does not move; the last setpoint."""
+        for _ in range(round(seconds / STEP_S)):
+            self.now_us += round(STEP_S * 1e6)
+            self.topics.vehicle_local_position = self.topics.vehicle_local_position._replace(timestamp=self.now_us)
+            self.modes.update(self.now_us)
+        return self.topics.trajectory_setpoint
 
     def _follow(self, dt: float) -> None:
         local, sp = self.topics.vehicle_local_position, self.topics.trajectory_setpoint

@@ -16,7 +16,7 @@ from sitl_emu.autopilot.topics import (
     VehicleLandDetected,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
-from tests.unit.modes_follower import DT_US, Follower, Row
+from tests.unit.modes_follower import STEP_S, Follower, Row
 
 
 def speed(row: Row) -> float:
@@ -54,7 +54,7 @@ def test_acceleration_keeps_to_mpc_acc_hor_and_mpc_jerk_auto() -> None:
     accelerations = [row.setpoint.acceleration[0] for row in follower.fly(8.0)]
     assert max(accelerations) == pytest.approx(2.0, abs=0.01)
     steps = [b - a for a, b in itertools.pairwise(accelerations)]
-    assert max(steps) <= 3.0 * 0.008 + 1e-6
+    assert max(steps) <= 3.0 * STEP_S + 1e-6
 
 
 def test_height_and_place_are_approached_independently() -> None:
@@ -174,9 +174,7 @@ def test_whatever_mpc_yaw_mode_it_wants_to_take_off(mode: int) -> None:
     follower = Follower(up=0.0, nav_state=NavState.AUTO_TAKEOFF, MPC_YAW_MODE=mode)
     follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.READY_FOR_TAKEOFF)
     follower.go((0.0, 0.0, 10.0), kind=SetpointType.TAKEOFF)
-    for _ in range(3):
-        follower.now_us += DT_US
-        follower.modes.update(follower.now_us)
+    follower.stand(3.0 * STEP_S)
     assert follower.topics.vehicle_constraints.want_takeoff
 
 
@@ -207,18 +205,11 @@ def test_on_the_ground_it_begins_anew_until_the_ramp_begins() -> None:
     follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.SPOOLUP)
     follower.topics.vehicle_land_detected = VehicleLandDetected(landed=True)
     follower.go((0.0, 0.0, 30.0), kind=SetpointType.TAKEOFF)
-
-    def run(seconds: float) -> float:
-        for _ in range(round(seconds / 0.008)):
-            follower.now_us += 8000
-            follower.modes.update(follower.now_us)
-        return follower.topics.trajectory_setpoint.velocity[2]
-
-    assert run(4.0) == pytest.approx(0.7, abs=0.01)
+    assert follower.stand(4.0).velocity[2] == pytest.approx(0.7, abs=0.01)
     assert follower.topics.vehicle_constraints.want_takeoff
     follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.RAMPUP)
     # Then MPC_TKO_SPEED over MPC_TKO_RAMP_T, 0.5 m/s², lifts it, landed or not.
-    assert run(2.4) == pytest.approx(0.7 - 0.5 * 2.4, abs=0.05)
+    assert follower.stand(2.4).velocity[2] == pytest.approx(0.7 - 0.5 * 2.4, abs=0.05)
 
 
 def test_a_landing_slows_down_by_height_and_crawls_by_the_range_sensor() -> None:
@@ -275,7 +266,7 @@ def test_a_mission_goes_over_into_its_pause_without_a_step() -> None:
     last = follower.fly(6.0)[-1].setpoint
     follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
     follower.go((30.0, 0.0, 10.0), kind=SetpointType.LOITER)
-    first = follower.fly(0.008)[0].setpoint
+    first = follower.fly(STEP_S)[0].setpoint
     assert first.velocity[0] == pytest.approx(last.velocity[0], abs=0.05)
 
 
@@ -287,7 +278,7 @@ def test_an_auto_mode_begins_with_the_setpoint_that_the_last_mode_flew() -> None
     follower.place(0.0, 0.0, 10.0)
     follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
     follower.go((20.0, 0.0, 10.0), kind=SetpointType.LOITER)
-    first = follower.fly(0.008)[0].setpoint
+    first = follower.fly(STEP_S)[0].setpoint
     assert last.velocity[0] > 3.0 and first.velocity[:2] == pytest.approx(last.velocity[:2], abs=0.1)
     assert first.yaw == pytest.approx(0.5, abs=0.01)
 
@@ -301,7 +292,7 @@ def test_an_auto_mode_after_offboard_begins_where_the_vehicle_is() -> None:
     local = follower.topics.vehicle_local_position
     follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=NavState.AUTO_LOITER)
     follower.go((local.x, local.y, -local.z), kind=SetpointType.LOITER)
-    first = follower.fly(0.008)[0].setpoint
+    first = follower.fly(STEP_S)[0].setpoint
     assert first.position == pytest.approx((local.x, local.y, local.z), abs=0.3)
     assert first.yaw == pytest.approx(local.heading, abs=0.01)
 
@@ -321,7 +312,7 @@ def test_offboard_goes_on_with_what_was_flown_until_a_setpoint_comes_in_the_mode
     told = wanted._replace(timestamp=follower.now_us)
     topics.offboard_setpoint = topics.offboard_setpoint._replace(timestamp=follower.now_us, trajectory=told)
     for _ in range(2):
-        assert follower.fly(0.008)[0].setpoint == told
+        assert follower.fly(STEP_S)[0].setpoint == told
         wishes.append(topics.vehicle_constraints.want_takeoff)
     assert wishes == [False, True, False], "while it is new"
 
@@ -332,17 +323,20 @@ def test_a_reset_of_the_estimate_moves_the_trajectory_along() -> None:
     follower.fly(6.0)
     local = follower.topics.vehicle_local_position
     follower.topics.vehicle_local_position = local._replace(x=local.x + 8.0, xy_reset_counter=1)
-    setpoint = follower.fly(0.008)[0].setpoint
+    setpoint = follower.fly(STEP_S)[0].setpoint
     assert setpoint.position[0] == pytest.approx(local.x + 8.0, abs=0.2)
 
 
 def test_on_the_ground_the_trajectory_does_not_shake_with_the_vehicle() -> None:
-    """FlightTaskAuto::reActivate: no acceleration, 0.7 m/s down."""
+    """FlightTaskAuto::reActivate, after each step: no acceleration, 0.7 m/s down."""
     follower = Follower(up=0.0)
     follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.READY_FOR_TAKEOFF)
     follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(ax=0.4, ay=-0.3, az=0.5)
-    setpoint = follower.fly(0.008)[0].setpoint
-    assert setpoint.acceleration == (0.0, 0.0, 0.0) and setpoint.velocity == (0.0, 0.0, 0.7)
+    assert follower.stand(STEP_S).acceleration == pytest.approx((0.4, -0.3, 0.5)), "it has begun where the vehicle was"
+    setpoint = follower.stand(2.0 * STEP_S)
+    a_step = follower.parameters["MPC_JERK_AUTO"] * STEP_S
+    assert setpoint.acceleration == pytest.approx((0.0, 0.0, 0.0), abs=a_step + 1e-6), "a step of the plan of before"
+    assert setpoint.velocity == pytest.approx((0.0, 0.0, 0.7), abs=1e-3)
 
 
 def test_on_the_ground_the_trajectory_still_has_the_plan_of_before() -> None:
@@ -350,7 +344,7 @@ def test_on_the_ground_the_trajectory_still_has_the_plan_of_before() -> None:
     follower = Follower(up=0.0, MPC_JERK_AUTO=4.0)
     follower.topics.takeoff_status = TakeoffStatus(state=TakeoffState.READY_FOR_TAKEOFF)
     setpoint = follower.fly(0.08)[-1].setpoint
-    assert setpoint.jerk == (0.0, 0.0, -4.0) and setpoint.acceleration[2] == pytest.approx(-4.0 * 0.008)
+    assert setpoint.jerk == (0.0, 0.0, -4.0) and setpoint.acceleration[2] == pytest.approx(-4.0 * STEP_S)
     assert setpoint.velocity[2] == pytest.approx(0.7, abs=1e-3)
 
 

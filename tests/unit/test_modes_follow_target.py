@@ -15,7 +15,7 @@ from sitl_emu.autopilot.topics import FollowTarget, ManualControlSetpoint, Takeo
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import euler
 
-from .modes_follower import ALTITUDE_M, HOME, Follower
+from .modes_follower import ALTITUDE_M, HOME, STEP_S, Follower
 
 
 def follow(follower: Follower, seconds: float, place: tuple[float, float], speed: tuple[float, float]) -> None:
@@ -126,9 +126,9 @@ def test_the_place_turns_around_the_target_within_its_limits() -> None:
     rows = follower.fly(15.0)
     angles = [math.atan2(row.setpoint.position[1], row.setpoint.position[0] - 100.0) for row in rows]
     speeds = [math.hypot(*row.setpoint.velocity[:2]) for row in rows]
-    steps = [8.0 * math.remainder(b - a, math.tau) / 0.008 for a, b in itertools.pairwise(angles)]
+    steps = [8.0 * math.remainder(b - a, math.tau) / STEP_S for a, b in itertools.pairwise(angles)]
     assert max(speeds) == pytest.approx(3.0, abs=0.01) == max(steps)
-    assert max(abs(b - a) for a, b in itertools.pairwise(speeds)) <= 2.0 * 0.008 + 1e-6
+    assert max(abs(b - a) for a, b in itertools.pairwise(speeds)) <= 2.0 * STEP_S + 1e-6
     assert math.degrees(angles[-1]) == pytest.approx(170.0, abs=0.5)
     fast = rows[speeds.index(max(speeds))].setpoint
     assert math.hypot(*fast.acceleration[:2]) == pytest.approx(3.0**2 / 8.0, abs=0.01)
@@ -227,7 +227,7 @@ def test_a_stick_waits_for_a_vehicle_that_lags_behind() -> None:
     follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, throttle=1.0, pitch=1.0)
     for _ in range(300):
         follower.place(-8.0, 0.0, 8.0)
-        follower.fly(0.008)
+        follower.fly(STEP_S)
     north, _, down = follower.topics.trajectory_setpoint.position
     assert (north, -down) == pytest.approx((-9.0, 8.75), abs=0.05)
 

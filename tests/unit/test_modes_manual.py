@@ -17,7 +17,7 @@ from sitl_emu.autopilot.topics import (
     VelocityLimits,
 )
 from sitl_emu.core.attitude import quaternion
-from tests.unit.modes_follower import Follower, move, stick_flight
+from tests.unit.modes_follower import STEP_S, Follower, move, stick_flight
 
 
 def test_a_stick_has_a_dead_zone_a_curve_and_its_full_range() -> None:
@@ -42,7 +42,7 @@ def test_the_sticks_jerk_is_limited() -> None:
     move(follower, pitch=1.0)
     accelerations = [row.setpoint.acceleration[0] for row in follower.fly(0.4)]
     steps = [b - a for a, b in itertools.pairwise(accelerations)]
-    assert max(steps) <= 8.0 * 0.008 + 1e-6
+    assert max(steps) <= 8.0 * STEP_S + 1e-6
 
 
 def test_sticks_count_from_the_heading() -> None:
@@ -90,9 +90,9 @@ def test_a_turned_stick_changes_the_acceleration_along_a_straight_line() -> None
     follower.fly(2.0)
     before = follower.topics.trajectory_setpoint.acceleration
     move(follower, roll=1.0)
-    first, last = follower.fly(0.016)
+    first, last = follower.fly(2.0 * STEP_S)
     one = (last.setpoint.acceleration[0] - before[0], last.setpoint.acceleration[1] - before[1])
-    assert math.hypot(*one) <= 2.0 * 8.0 * 0.008 + 1e-6 and one[0] < 0.0 < one[1]
+    assert math.hypot(*one) <= 2.0 * 8.0 * STEP_S + 1e-6 and one[0] < 0.0 < one[1]
     assert first.setpoint.velocity[0] > 1.0
 
 
@@ -104,7 +104,7 @@ def test_where_the_estimate_jumps_a_held_place_jumps_with_it() -> None:
         x=local.x + 2.0, xy_reset_counter=1, delta_xy=(2.0, 0.0), z=local.z - 1.0, z_reset_counter=1, delta_z=-1.0,
         heading=local.heading + 0.5, heading_reset_counter=1, delta_heading=0.5,
     )  # fmt: skip
-    setpoint = follower.fly(0.008)[0].setpoint
+    setpoint = follower.fly(STEP_S)[0].setpoint
     assert setpoint.position == pytest.approx((held[0] + 2.0, held[1], held[2] - 1.0), abs=0.01)
     assert setpoint.yaw == pytest.approx(0.5, abs=0.01)
 
@@ -221,15 +221,15 @@ def test_position_slow_turns_a_gimbal_and_follows_it_and_gives_it_back() -> None
         )
         topics.gimbal_manager_status = GimbalManagerStatus(follower.now_us, flags, 154, 255, 190)
 
-    setpoint = follower.fly(0.008, lambda: tells(0))[-1].setpoint
+    setpoint = follower.fly(STEP_S, lambda: tells(0))[-1].setpoint
     told, rate = topics.gimbal_manager_set_attitude, math.radians(45.0)
     assert (told.origin_sysid, told.origin_compid, told.flags) == (1, 1, all_locked)
     assert told.angular_velocity[1:] == pytest.approx((0.4 * rate, -0.5 * rate))
     assert math.isnan(setpoint.yaw) and setpoint.yawspeed == pytest.approx(-0.5 * rate)
     assert [record.command[1:5] for record in topics.navigator_commands] == [(1.0, 1.0, -1.0, -1.0)]
-    assert follower.fly(0.008, lambda: tells(all_locked))[-1].setpoint.yaw == pytest.approx(1.2)
+    assert follower.fly(STEP_S, lambda: tells(all_locked))[-1].setpoint.yaw == pytest.approx(1.2)
     topics.vehicle_status = topics.vehicle_status._replace(nav_state=NavState.POSCTL)
-    follower.fly(0.008)
+    follower.fly(STEP_S)
     told = topics.gimbal_manager_set_attitude
     assert (told.flags, told.angular_velocity[1:]) == (0b01100, (0.0, 0.0))
     assert topics.navigator_commands[-1].command[1:5] == (-3.0, -3.0, -1.0, -1.0)
@@ -257,7 +257,7 @@ def test_a_held_height_is_that_over_the_ground_if_so_set(mode: int, stick: float
     move(follower, pitch=stick)
     follower.fly(1.0)
     follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(dist_bottom=18.0)
-    wanted = follower.fly(0.008)[0].setpoint.position[2]
+    wanted = follower.fly(STEP_S)[0].setpoint.position[2]
     assert wanted == pytest.approx(-22.0 if follows else -20.0, abs=0.1)
 
 
@@ -288,7 +288,7 @@ def test_leaving_a_held_height_goes_on_with_the_controllers_velocity() -> None:
     follower = stick_flight()
     follower.topics.vehicle_local_position_setpoint = VehicleLocalPositionSetpoint(vz=-0.4)
     move(follower, throttle=1.0)
-    assert follower.fly(0.008)[0].setpoint.velocity[2] == pytest.approx(-0.4, abs=0.05)
+    assert follower.fly(STEP_S)[0].setpoint.velocity[2] == pytest.approx(-0.4, abs=0.05)
 
 
 def test_the_yaw_stick_turns_and_centred_the_heading_is_held() -> None:
@@ -318,10 +318,10 @@ def test_a_held_heading_goes_along_while_the_estimator_turns_its_own(mode: NavSt
     follower.fly(1.0, lambda: see(0.0))
     yaw = math.nan
     for step in range(500):
-        see(min(step, 375) * 0.008 * drift_deg_s)
-        yaw = follower.fly(0.008)[0].setpoint.yaw
+        see(min(step, 375) * STEP_S * drift_deg_s)
+        yaw = follower.fly(STEP_S)[0].setpoint.yaw
     goes_along = drift_deg_s > 1.0
-    assert math.degrees(yaw - start.heading) == pytest.approx(375 * 0.008 * drift_deg_s * goes_along, abs=1.2)
+    assert math.degrees(yaw - start.heading) == pytest.approx(375 * STEP_S * drift_deg_s * goes_along, abs=1.2)
 
 
 def test_without_sticks_position_mode_holds() -> None:
@@ -352,14 +352,14 @@ def test_offboard_passes_its_setpoint_on_unchanged() -> None:
     follower = Follower(nav_state=NavState.OFFBOARD)
     wanted = TrajectorySetpoint(follower.now_us, (1.0, 2.0, -12.0), yaw=0.3)
     follower.topics.offboard_setpoint = OffboardSetpoint(follower.now_us, wanted)
-    setpoint = follower.fly(0.008)[0].setpoint
+    setpoint = follower.fly(STEP_S)[0].setpoint
     assert setpoint.position == wanted.position and setpoint.yaw == wanted.yaw
     assert follower.topics.vehicle_constraints.want_takeoff
 
 
 def test_offboard_without_a_trajectory_commands_nothing() -> None:
     follower = Follower(nav_state=NavState.OFFBOARD)
-    setpoint = follower.fly(0.008)[0].setpoint
+    setpoint = follower.fly(STEP_S)[0].setpoint
     assert all(math.isnan(value) for value in setpoint.position + setpoint.velocity)
 
 
@@ -372,7 +372,7 @@ def test_descend_goes_down_at_landing_speed_without_a_place() -> None:
 def test_descend_without_a_vertical_speed_sinks_all_the_same() -> None:
     follower = Follower(nav_state=NavState.DESCEND)
     follower.topics.vehicle_local_position = follower.topics.vehicle_local_position._replace(v_z_valid=False)
-    setpoint = follower.fly(0.008)[0].setpoint
+    setpoint = follower.fly(STEP_S)[0].setpoint
     assert math.isnan(setpoint.velocity[2]) and setpoint.acceleration == pytest.approx((0.0, 0.0, 0.3))
 
 
@@ -382,7 +382,7 @@ def test_modes_without_a_trajectory_publish_none(mode: NavState) -> None:
     follower.go((50.0, 0.0, 10.0))
     follower.fly(1.0)
     follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=mode)
-    follower.modes.update(follower.now_us + 8000)
+    follower.stand(STEP_S)
     assert all(math.isnan(value) for value in follower.topics.trajectory_setpoint.position)
 
 
@@ -399,13 +399,13 @@ def test_a_changed_parameter_counts_at_once_and_another_within_a_second() -> Non
     topics = follower.topics
     topics.vehicle_local_position = topics.vehicle_local_position._replace(dist_bottom=30.0, dist_bottom_valid=True)
     follower.parameters.set("MPC_Z_VEL_MAX_DN", limit + 1.0)
-    assert limited(0.008) == limit + 1.0
+    assert limited(STEP_S) == limit + 1.0
     follower.parameters.set("MPC_Z_VEL_MAX_DN", limit + 2.0)
-    assert limited(0.008) == limit + 2.0, "after a pause two pass in a row"
+    assert limited(STEP_S) == limit + 2.0, "after a pause two pass in a row"
     follower.parameters.set("MPC_Z_VEL_MAX_DN", limit + 3.0)
     assert limited(0.5) == limit + 2.0
     topics.vehicle_status = topics.vehicle_status._replace(nav_state=NavState.ALTCTL)
-    assert limited(0.008) == limit + 3.0
+    assert limited(STEP_S) == limit + 3.0
     follower.parameters.set("MPC_Z_VEL_MAX_DN", limit + 4.0)
     assert limited(0.2) == limit + 3.0 and limited(0.5) == limit + 4.0
 
