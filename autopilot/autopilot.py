@@ -65,10 +65,13 @@ OTHERS_EVERY: Final = 5
 class Autopilot:
     """One vehicle's PX4."""
 
-    def __init__(self, airframe: Mapping[str, Value], instance: int, root: Path | None = None) -> None:
+    def __init__(
+        self, airframe: Mapping[str, Value], instance: int, root: Path | None = None, *, display: bool = False
+    ) -> None:
         """`airframe`: PX4 parameters that differ from their defaults; MAV_TYPE says of what kind it is.
 
         `root`: the folder that stands for PX4's file system, as storage.prepare leaves it; None: there is no storage.
+        `display`: it has a MAVLink link to what draws the vehicle, as with PX4's own simulation.
         """
         kind = VehicleKind.of_mav_type(airframe.get("MAV_TYPE", 0))
         traits = kind.traits
@@ -122,7 +125,9 @@ class Autopilot:
             lambda: Pxh(COMMANDS, self),
             self.logger,
         )
-        self.mavlink = Mavlink(*shared, self.dataman, self.texts, modules, instance, root, self.outgoing)
+        self.mavlink = Mavlink(
+            *shared, self.dataman, self.texts, modules, instance, root, self.outgoing, display=display
+        )
         self.load_mon = LoadMon(self.topics)
         self.uxrce_dds_client: UxrceDdsClient | None = None
         """None: it was not started."""

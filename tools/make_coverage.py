@@ -52,8 +52,9 @@ LINKS = {
     "onboard": "onboard",
     "payload": "onboard_low_bandwidth",
     "gimbal": "gimbal",
+    "display": "custom",
 }
-"""What the four links are called, and PX4's mode of each."""
+"""What the links are called, and PX4's mode of each."""
 NUMBERED = re.compile(r"^(CA_ROTOR|PWM_MAIN_[A-Z]+|RC|CA_SV_[A-Z]+|COM_FLTMODE|EKF2_AGP|IMU_GYRO_NF|RC_MAP_AUX)\d+")
 MESSAGE_PREFIX = "MAVLINK_MSG_ID_"
 SENDERS = {"send_fields", "codec"}

@@ -1,8 +1,8 @@
-"""Which messages pass from one link to the others (PX4: Mavlink::forward_message, all four links have it on).
+"""Which messages pass from one link to the others (PX4: Mavlink::forward_message).
 
-A message passes, byte for byte, to every other link on which its target was heard: without a target, or to everybody,
-to all on which anybody was. One for this very autopilot stays, as do a HEARTBEAT when MAV_HB_FORW_EN is 0 and
-SETUP_SIGNING, which MAVLink forbids to pass on.
+All links but a display's have it on. A message passes, byte for byte, to every other link on which its target was
+heard: without a target, or to everybody, to all on which anybody was. One for this very autopilot stays, as do a
+HEARTBEAT when MAV_HB_FORW_EN is 0 and SETUP_SIGNING, which MAVLink forbids to pass on.
 """
 
 from collections.abc import Iterable, Mapping
@@ -25,6 +25,8 @@ not at all (PX4: MAVLINK_MESSAGE_CRCS of its development.h).
 
 def forward(message: Any, source: Link, links: Iterable[Link], own_system: int, heartbeats: bool) -> None:
     """Queue a received message on the links that it concerns; `heartbeats` says whether those pass."""
+    if not source.forwarding:
+        return
     number = message.get_msgId()
     if number == SETUP_SIGNING or (number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and not heartbeats):
         return
@@ -33,7 +35,7 @@ def forward(message: Any, source: Link, links: Iterable[Link], own_system: int, 
         return
     frame: bytes | None = None
     for link in links:
-        if link is not source and link.heard(*target):
+        if link is not source and link.forwarding and link.heard(*target):
             if frame is None:
                 frame = bytes(message.get_msgbuf())
             link.send_frame(frame)

@@ -99,14 +99,19 @@ class PingStatistics:
 
 
 class Link:
-    """One of PX4's four MAVLink instances."""
+    """One of PX4's MAVLink instances."""
 
     def __init__(
         self, name: str, mode: str, ports: LinkPorts, encoder: Encoder, signing: LinkSigning | None = None
     ) -> None:
-        """`mode` is PX4's: normal, onboard, onboard_low_bandwidth, gimbal. Without `signing` nothing is signed."""
+        """`mode` is PX4's: normal, onboard, onboard_low_bandwidth, gimbal, custom.
+
+        Without `signing` nothing is signed.
+        """
         self.name = name
         self.mode = mode
+        self.forwarding = mode != "custom"
+        """Whether messages pass between it and the other links (-f of px4-rc.mavlink)."""
         self.ports = ports
         self.signing = LinkSigning(0, {}) if signing is None else signing
         self.outbox: list[bytes] = []
@@ -232,7 +237,8 @@ class Link:
                         stream.sent(now_us, self)
                     interval_us = item.interval_us
                     nominal_us = item.nominal_us + interval_us
-                    if nominal_us + (interval_us >> 1) < now_us or item.nominal_us > now_us:
+                    # Late by half an interval it counts anew from now on (MavlinkStream::update)
+                    if 2 * (now_us - item.nominal_us) >= interval_us or item.nominal_us > now_us:
                         nominal_us = now_us + interval_us
                     item.nominal_us = item.due_us = nominal_us
                 else:

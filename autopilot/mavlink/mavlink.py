@@ -1,6 +1,6 @@
-"""The autopilot's MAVLink: four links, their streams, and the services that answer what comes in.
+"""The autopilot's MAVLink: its links, their streams, and the services that answer what comes in.
 
-A state machine on simulated time, like PX4's mavlink module with its four instances (px4-rc.mavlink): datagrams go in
+A state machine on simulated time, like PX4's mavlink module with its instances (px4-rc.mavlink): datagrams go in
 by `on_datagram`, leave in each link's `outbox`. Messages for others are forwarded between links by the rules of
 Mavlink::forward_message. Sockets are not known here.
 """
@@ -92,7 +92,7 @@ class Modules(NamedTuple):
 
 
 class Mavlink:
-    """All MAVLink of one vehicle; `links` are gcs, onboard, payload, gimbal."""
+    """All MAVLink of one vehicle; `links` are gcs, onboard, payload, gimbal, and a display's where it has one."""
 
     def __init__(
         self,
@@ -104,15 +104,17 @@ class Mavlink:
         instance: int,
         root: Path | None = None,
         outgoing: OutgoingCommands | None = None,
+        *,
+        display: bool = False,
     ) -> None:
         """`instance` gives the ports, MAV_SYS_ID the system id; FTP writes into `root` (None: nowhere).
 
-        Commands that wait in `outgoing` are sent to other components.
+        Commands that wait in `outgoing` are sent to other components. `display`: there is a link to what draws it.
         """
         self.system_id = int(parameters["MAV_SYS_ID"])
         self.context = Context(topics, parameters, dataman, root)
         self._encoder = Encoder(self.system_id)
-        self.links = _links(instance, self._encoder)
+        self.links = _links(instance, self._encoder, display=display)
         self._wires: list[Wire] = []
         self._all_links: tuple[Link, ...] = self.links
         self._streams: dict[str, Stream] = {}
@@ -289,11 +291,14 @@ class Mavlink:
             link.limit_rate(limit)
 
 
-def _links(instance: int, encoder: Encoder) -> tuple[Link, ...]:
+def _links(instance: int, encoder: Encoder, *, display: bool) -> tuple[Link, ...]:
     streams: SigningStreams = {}
-    return (
+    links = (
         Link("gcs", "normal", ports.gcs(instance), encoder, LinkSigning(0, streams)),
         Link("onboard", "onboard", ports.onboard(instance), encoder, LinkSigning(1, streams)),
         Link("payload", "onboard_low_bandwidth", ports.payload(instance), encoder, LinkSigning(2, streams)),
         Link("gimbal", "gimbal", ports.gimbal(instance), encoder, LinkSigning(3, streams)),
     )
+    if not display:
+        return links
+    return (*links, Link("display", "custom", ports.display(instance), encoder, LinkSigning(4, streams)))

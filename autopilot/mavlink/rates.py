@@ -22,6 +22,8 @@ class Rates(NamedTuple):
     onboard: float | None = None
     """Offboard API; the payload link has the same, within its data rate."""
     gimbal: float | None = None
+    custom: float | None = None
+    """What draws the vehicle."""
     normal_default: float | None = None
     """What SET_MESSAGE_INTERVAL 0 ("default") goes back to on the ground station's link, where that is another; OFF
     where the mode does not stream it, and px4-rc.mavlink alone does.
@@ -31,7 +33,7 @@ class Rates(NamedTuple):
 
 
 STREAMS: Mapping[str, Rates] = {
-    "HEARTBEAT": Rates(normal=1.0, onboard=1.0, gimbal=1.0, constant=True),
+    "HEARTBEAT": Rates(normal=1.0, onboard=1.0, gimbal=1.0, custom=1.0, constant=True),
     "AUTOPILOT_STATE_FOR_GIMBAL_DEVICE": Rates(gimbal=20.0),
     "ADSB_VEHICLE": Rates(normal=5.0, onboard=5.0, constant=True),
     "ALTITUDE": Rates(normal=1.0, onboard=10.0),
@@ -56,10 +58,12 @@ STREAMS: Mapping[str, Rates] = {
     "GPS_GLOBAL_ORIGIN": Rates(normal=1.0, onboard=1.0),
     "GPS_RAW_INT": Rates(normal=5.0, onboard=UNLIMITED, constant=True),
     "HIGHRES_IMU": Rates(onboard=50.0),
+    "HIL_ACTUATOR_CONTROLS": Rates(custom=200.0),
+    "HIL_STATE_QUATERNION": Rates(custom=25.0),
     "HOME_POSITION": Rates(normal=0.5, onboard=0.5),
     "LINK_NODE_STATUS": Rates(normal=1.0, onboard=1.0),
     "LOCAL_POSITION_NED": Rates(normal=50.0, onboard=30.0, normal_default=1.0),
-    "MISSION_CURRENT": Rates(normal=1.0, onboard=1.0, gimbal=1.0, constant=True),
+    "MISSION_CURRENT": Rates(normal=1.0, onboard=1.0, gimbal=1.0, custom=1.0, constant=True),
     "NAMED_VALUE_FLOAT": Rates(normal=1.0, onboard=10.0),
     "NAV_CONTROLLER_OUTPUT": Rates(normal=1.0, onboard=10.0),
     "OBSTACLE_DISTANCE": Rates(normal=1.0, onboard=10.0),
@@ -93,14 +97,22 @@ def by_mode(streams: Mapping[str, Rates]) -> dict[str, dict[str, float]]:
     normal = {name: row.normal for name, row in streams.items() if row.normal is not None}
     onboard = {name: row.onboard for name, row in streams.items() if row.onboard is not None}
     gimbal = {name: row.gimbal for name, row in streams.items() if row.gimbal is not None}
-    return {"normal": normal, "onboard": onboard, "onboard_low_bandwidth": onboard, "gimbal": gimbal, "wire": {}}
+    custom = {name: row.custom for name, row in streams.items() if row.custom is not None}
+    return {
+        "normal": normal,
+        "onboard": onboard,
+        "onboard_low_bandwidth": onboard,
+        "gimbal": gimbal,
+        "custom": custom,
+        "wire": {},
+    }
 
 
 RATES = {**by_mode(STREAMS), "wire": {"CAMERA_TRIGGER": UNLIMITED}}
 """A camera on a wire of ours is asked for images as one on a link in onboard mode is."""
 CONSTANT = frozenset(name for name, row in STREAMS.items() if row.constant)
 DATA_RATE_BYTES_PER_S = {"onboard_low_bandwidth": 4000.0}
-"""Limited links by mode; the others' limits (4 MB/s) are never reached."""
+"""Limited links by mode; the others' limits are never reached."""
 
 SMALLEST_MULTIPLIER: Final = 0.05
 OVERHEAD_BYTES: Final = 12

@@ -9,7 +9,7 @@ from sitl_emu.autopilot.mavlink.rates import UNLIMITED, Rates, by_mode
 
 SILENT: Mapping[str, Rates] = {
     "BATTERY_INFO": Rates(),
-    "COMMAND_LONG": Rates(normal=UNLIMITED, onboard=UNLIMITED, gimbal=UNLIMITED),
+    "COMMAND_LONG": Rates(normal=UNLIMITED, onboard=UNLIMITED, gimbal=UNLIMITED, custom=UNLIMITED),
     "EFI_STATUS": Rates(normal=2.0, onboard=2.0),
     "ESC_EEPROM": Rates(normal=UNLIMITED, onboard=UNLIMITED),
     "FIGURE_EIGHT_EXECUTION_STATUS": Rates(normal=5.0, onboard=5.0),

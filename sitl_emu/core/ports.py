@@ -33,6 +33,11 @@ def gimbal(instance: int) -> LinkPorts:
     return LinkPorts(13030 + instance, 13280 + instance)
 
 
+def display(instance: int) -> LinkPorts:
+    """What draws a simulated vehicle (PX4's Hawkeye): 19450+i → 19410+i; PX4 has it with its own simulation, SIH."""
+    return LinkPorts(19450 + instance, 19410 + instance)
+
+
 def video(instance: int) -> int:
     """UDP port on which a ground station hears a vehicle's video: 5600+i, as QGroundControl's default has it."""
     return 5600 + instance

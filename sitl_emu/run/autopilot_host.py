@@ -86,6 +86,8 @@ class Hosted:
     """Whether the simulator draws what the camera takes pictures of, into `root`."""
     video: bool = False
     """Whether the simulator sends what the camera sees as video to the ground station."""
+    display: bool = False
+    """Whether it speaks to what draws the vehicle, as with PX4's own simulation."""
     by_number: Collection[int] = ()
     """Links whose datagrams are announced, and read by number: lockstep."""
     dds: DdsSocket | None = None
@@ -218,7 +220,7 @@ class AutopilotHost:
 
     def _power_on(self) -> None:
         hosted = self._hosted
-        self.autopilot = Autopilot(hosted.airframe, hosted.instance, hosted.root)
+        self.autopilot = Autopilot(hosted.airframe, hosted.instance, hosted.root, display=hosted.display)
         for name, value in loss_timeouts(hosted.speed).items():
             self.autopilot.parameters.set(name, value)
         boot_us = unix_time_us() if hosted.start_us is None else hosted.start_us + self._lived_us

@@ -156,6 +156,7 @@ def _host(crew: Crew, vehicle: Launched, poll: HostPoll, dds: DdsSocket | None =
         pictures=_is_drawn(crew, data),
         video=crew.video and _is_drawn(crew, data),
         start_us=crew.start_us,
+        display=True,
         dds=dds,
         tells_clock=crew.tells_clock,
     )

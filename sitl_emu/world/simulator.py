@@ -2,7 +2,7 @@
 
 Messages: HIL_SENSOR every tick, last (250 Hz; magnetometer and barometer at their own rates, as fields_updated says);
 when due HIL_GPS, DISTANCE_SENSOR, speed controllers at 12.5 Hz, battery at 5 Hz, beacons at 2 Hz and the truth
-(HIL_STATE_QUATERNION) at 10 Hz (https://mavlink.io/en/messages/common.html; PX4:
+(HIL_STATE_QUATERNION) at 83 Hz (https://mavlink.io/en/messages/common.html; PX4:
 src/modules/simulation/simulator_mavlink). A state machine on
 simulated time: `tick` is all that happens. The autopilot's parameters do not exist in here; what PX4's own simulator
 reads of them are plain attributes named alike (`sih_wind_n`, `sim_gps_used`, `sim_bat_drain`, …),
@@ -47,7 +47,8 @@ from sitl_emu.world.wind import Wind
 
 TICK_US: Final = 4000
 BATTERY_EVERY_US: Final = 200_000
-TRUTH_EVERY_US: Final = 100_000
+TRUTH_EVERY_US: Final = 12_000
+"""As often as PX4's log takes the truth of SIH at most (every 10 ms, of 4 ms each)."""
 ESCS_EVERY_US: Final = 80_000
 ESCS_PER_MESSAGE: Final = 4
 RPM_PER_RAD_S: Final = 60.0 / math.tau

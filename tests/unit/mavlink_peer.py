@@ -36,7 +36,7 @@ from sitl_emu.autopilot.topics import (
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 
-GCS, ONBOARD, PAYLOAD, GIMBAL = range(4)
+GCS, ONBOARD, PAYLOAD, GIMBAL, DISPLAY = range(5)
 TICK_US = 4_000
 GPS_EVERY_US, IMU_STATUS_EVERY_US = 124_000, 100_000
 ROVER = 10
@@ -55,12 +55,21 @@ class Peer:
         system: int = 255,
         component: int = 190,
         root: Path | None = None,
+        *,
+        display: bool = False,
     ) -> None:
         overrides = {"MAV_SYS_ID": 1, "MAV_TYPE": 13 if kind is VehicleKind.MULTICOPTER else 10, "CA_ROTOR_COUNT": 6}
         self.topics, self.dataman, self.texts = Topics(), Dataman(), Texts()
         self.parameters = Parameters(kind, overrides)
         self.mavlink = Mavlink(
-            self.topics, self.parameters, self.dataman, self.texts, self.modules(handle_command), 0, root
+            self.topics,
+            self.parameters,
+            self.dataman,
+            self.texts,
+            self.modules(handle_command),
+            0,
+            root,
+            display=display,
         )
         self.now_us = 0
         self.encoder = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)

@@ -19,7 +19,7 @@ from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
 
 CHUNK: Final = 50
-STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth"})
+STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth", "custom"})
 QUEUE: Final = 8
 """Texts that wait for a link (uORB mavlink_log)."""
 STALE_US: Final = 5_000_000

@@ -9,7 +9,7 @@ ID = mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION
 
 
 def stamp(now_us: int, context: Context) -> int:
-    """PX4's own simulation tells the truth with every sample of the gyro; ours ten times a second, repeated here."""
+    """PX4's own simulation tells the truth with every sample of the gyro; ours with every third."""
     return context.topics.groundtruth.timestamp
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, integer, number, usage, warning
 from sitl_emu.core import dialect as mavlink
@@ -10,11 +9,13 @@ from sitl_emu.core import dialect as mavlink
 MODE_NAMES = {
     "normal": "Normal",
     "onboard": "Onboard",
-    "onboard_low_bandwidth": "OnboardLowBandwidth",
+    "onboard_low_bandwidth": "Onboard",
     "gimbal": "Gimbal",
+    "custom": "Custom",
 }
-DATA_RATE_BYTES_PER_S = 4_000_000
-"""Of a link without a limit (px4-rc.mavlink)."""
+DATA_RATE_BYTES_PER_S = {"onboard_low_bandwidth": 4_000, "gimbal": 400_000, "custom": 400_000}
+MOST_BYTES_PER_S = 4_000_000
+"""Of the other links (px4-rc.mavlink)."""
 FRAME_OVERHEAD_BYTES = 12
 COMMANDS = (
     ("status", "all links; streams: what each of them sends"),
@@ -43,7 +44,7 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     sent, heard = link.bytes_per_s
     received = link.messages_received + link.messages_lost
     loss_pct = 100.0 * link.messages_lost / received if received else 0.0
-    limit = rates.DATA_RATE_BYTES_PER_S.get(link.mode, DATA_RATE_BYTES_PER_S)
+    limit = DATA_RATE_BYTES_PER_S.get(link.mode, MOST_BYTES_PER_S)
     if link.has_gcs(vehicle.now_us):
         yield "\tGCS heartbeat valid\n"
     yield f"\tmavlink chan: #{channel}\n"
@@ -53,16 +54,16 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     yield f"\t  tx: {sent:.1f} B/s\n"
     yield "\t  txerr: 0.0 B/s\n"
     yield f"\t  tx rate mult: {link.rate_multiplier:.3f}\n"
-    yield f"\t  tx rate max: {int(limit)} B/s\n"
+    yield f"\t  tx rate max: {limit} B/s\n"
     yield f"\t  rx: {heard:.1f} B/s\n"
     yield f"\t  rx loss: {loss_pct:.1f}%\n"
     if link.components:
         yield "\tReceived Messages:\n"
         for (system, component), of in link.components.items():
             yield f"\t  sysid:{system:3}, compid:{component:3}, Total: {of.received} (lost: {of.lost})\n"
-    yield f"\tFTP enabled: {'YES' if link.mode != 'gimbal' else 'NO'}, TX enabled: YES\n"
+    yield "\tFTP enabled: YES, TX enabled: YES\n"
     yield f"\tmode: {MODE_NAMES[link.mode]}\n"
-    yield "\tForwarding: On\n"
+    yield f"\tForwarding: {'On' if link.forwarding else 'Off'}\n"
     yield "\tMAVLink version: 2\n"
     yield f"\ttransport protocol: UDP ({link.ports.local}, remote port: {link.ports.remote})\n"
     yield "\tBroadcast enabled: NO\n"
