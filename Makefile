@@ -5,7 +5,7 @@ BIN := .venv/bin
 LOCK := requirements-dev.lock
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: help setup demo test lock evaluate bench clean
+.PHONY: help setup demo test lock evaluate tables bench clean
 
 help: ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /\1\t/' | expand -t 12
@@ -103,6 +103,9 @@ test-unit:
 
 evaluate: .venv/.dev-ready compiled ## the agriculture mission over seeds 1 to 10: prints the table, fails where a row falls short
 	$(BIN)/python tools/evaluate.py agriculture
+
+tables: .venv/.dev-ready compiled ## the disaster mission's campaigns, hours of them: prints every table beside the paper's (ARGS="--only 5")
+	$(BIN)/python tools/disaster/paper_tables.py $(ARGS)
 
 bench: .venv/.dev-ready compiled ## cost of a tick (physics, autopilot, rendering), memory of a fleet
 	for bench in tools/bench_*.py; do $(BIN)/python $$bench || exit 1; done
