@@ -67,7 +67,6 @@ def flown(model: str, folder: Path, plain: bool) -> tuple[str, str, str]:
     return in_use, rest, hashlib.sha256(logs).hexdigest()
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize("model", ["sihsim_hex", "m600", "responder", "rover"])
 def test_they_fly_as_their_sources_do(model: str, tmp_path: Path) -> None:
     in_use, *compiled_flight = flown(model, tmp_path / "compiled", plain=False)

@@ -13,7 +13,7 @@ from tests.launched import launched
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOMS = {"vehicles", "autopilot", "gcs", "missions"}
 FIRST_INSTANCE = 1
-LIMIT_S = 90.0
+LIMIT_S = 270.0
 URLS = {
     "mavsdk_takeoff_and_goto": "udpin://0.0.0.0:14541",
     "own_companion": "udpin:0.0.0.0:14542",

@@ -16,7 +16,7 @@ MAVSDK3 = Path(sys.prefix) / "mavsdk3"
 SCRIPT = Path(__file__).with_name("mavsdk3_script.py")
 INSTANCE = 2
 GRPC_PORT = 50070
-LIMIT_S = 110.0
+LIMIT_S = 330.0
 
 
 @pytest.mark.skipif(not MAVSDK3.is_dir(), reason=f"no {MAVSDK3}: `make test` installs MAVSDK 3 there")

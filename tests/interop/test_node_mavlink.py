@@ -22,7 +22,7 @@ FOLDER = Path(__file__).with_name("node")
 INSTALLED = FOLDER / "node_modules" / "node-mavlink"
 HOVER_S = 40.0
 SAMPLES = 20
-NODE_LIMIT_S = 110.0
+NODE_LIMIT_S = 330.0
 EVERY_STREAM_US = 100_000.0
 FEWEST_FRAMES = 20_000
 

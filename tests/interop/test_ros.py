@@ -73,7 +73,6 @@ def example() -> Iterator[subprocess.Popen[str]]:
             process.kill()
 
 
-@pytest.mark.timeout(300)
 def test_the_example_flies_a_square_and_lands() -> None:
     with launched("iris", "--dds", "--instance", str(INSTANCE)), example() as node:
         said, _ = node.communicate(timeout=LIMIT_S)
@@ -81,7 +80,6 @@ def test_the_example_flies_a_square_and_lands() -> None:
     assert said.splitlines() == [*(f"corner {corner} of 5" for corner in range(1, 6)), "landed"]
 
 
-@pytest.mark.timeout(300)
 def test_a_node_that_dies_ends_offboard() -> None:
     with launched("iris", "--dds", "--instance", str(INSTANCE)), example() as node:
         status = hearing(f"rt/px4_{INSTANCE}/fmu/out/vehicle_status_v4", "VehicleStatus")
@@ -92,7 +90,6 @@ def test_a_node_that_dies_ends_offboard() -> None:
         until(lambda: bool(status().failsafe) and status().nav_state != OFFBOARD)
 
 
-@pytest.mark.timeout(300)
 def test_at_another_speed_all_bear_simulated_time_and_clock_tells_it() -> None:
     """A node with use_sim_time: sensors are 4 ms apart by their stamps, and of the time that /clock tells."""
     sensors = DomainParticipant(DOMAIN)
@@ -116,7 +113,6 @@ def test_at_another_speed_all_bear_simulated_time_and_clock_tells_it() -> None:
     assert 0 < clock_us[0] - began_us < 600_000_000
 
 
-@pytest.mark.timeout(300)
 def test_the_service_answers_by_what_the_vehicle_says() -> None:
     with launched("iris", "--dds", "--instance", str(INSTANCE)):
         client = Client(DomainParticipant(DOMAIN), 1, within=f"px4_{INSTANCE}")

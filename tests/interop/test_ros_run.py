@@ -59,7 +59,6 @@ class Heard:
         self.messages += [each for each in self._reader.take(100) if not isinstance(each, InvalidSample)]
 
 
-@pytest.mark.timeout(300)
 def test_a_run_is_heard_in_ros_s_own_messages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("CYCLONEDDS_URI", dds.LOOPBACK)
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))

@@ -12,7 +12,7 @@ import yaml
 from tests.missions.runs import FIRST_INSTANCE
 
 YARD = Path(__file__).parents[2] / "examples/own_world/yard.yaml"
-LIMIT_S = 118.0
+LIMIT_S = 340.0
 
 
 def run_in_yard(

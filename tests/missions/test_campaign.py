@@ -19,7 +19,7 @@ import yaml
 
 from sitl_emu.core import ports
 
-LIMIT_S = 110.0
+LIMIT_S = 330.0
 SCENARIO = {
     "name": "toss",
     "world": "flat",

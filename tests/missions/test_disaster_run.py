@@ -12,7 +12,7 @@ import yaml
 
 from tests.missions.runs import FIRST_INSTANCE
 
-LIMIT_S = 118.0
+LIMIT_S = 340.0
 WORLD = {
     "name": "plain",
     "origin": {"lat_deg": 47.397742, "lon_deg": 8.545594, "alt_amsl_m": 489.4},

@@ -13,7 +13,7 @@ import pytest
 from tests.missions.runs import FIRST_INSTANCE
 
 ROOT = Path(__file__).parents[2]
-LIMIT_S = 100.0
+LIMIT_S = 300.0
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,6 @@
 
 import math
 
-import pytest
-
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.missions.agriculture.detectors import FROM_THE_MAST
 from sitl_emu.missions.companion import networks
@@ -13,7 +11,6 @@ from sitl_emu.world.kinds.corn_field import field as corn
 from sitl_emu.world.kinds.corn_field.scene import FieldScene
 from sitl_emu.world.lens import MAST
 
-pytestmark = pytest.mark.timeout(300)
 AHEAD_M, CAMERA_UP_M = 1.2, 0.2
 
 

@@ -3,14 +3,12 @@
 from typing import Any
 
 import numpy as np
-import pytest
 
 from sitl_emu.world.render import firelight
 from sitl_emu.world.render.raster import Pinhole
 from sitl_emu.world.render.scene import MeshScene
 from tests.unit.test_render import DOWN, NOWHERE, world_of
 
-pytestmark = pytest.mark.timeout(300)
 FRONT = {"name": "front", "polygon_m": [[-2, -8], [-2, 8], [2, 8], [2, -8]], "flame_height_m": 1.5}
 ABOVE = Pinhole(np.array((0.0, 0.0, -30.0)), DOWN, 160.0, 320, 240)
 

@@ -11,7 +11,6 @@ from sitl_emu.world.render.scene import MeshScene, View
 from sitl_emu.world.render.truth import Area, mask_of, regions_in, things_in
 from tests.unit.test_render import DOWN, NOWHERE, world_of
 
-pytestmark = pytest.mark.timeout(300)
 WIDTH, HEIGHT, FOCAL = 320, 240, 160.0
 BOXES = {"building": "house", "shed": "shed"}
 WATER = Area("water_body", ("water",), gap_m=3.0, least_m2=4.0)

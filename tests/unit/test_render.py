@@ -29,8 +29,6 @@ F64 = npt.NDArray[np.float64]
 DOWN = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
 """Straight down, the picture's top in the north."""
 NOWHERE = Path()
-pytestmark = pytest.mark.timeout(300)
-"""Whichever test is the first waits for numba, where nothing was compiled yet."""
 
 ROOF = [[-6.4, -7.4, 0], [-6.4, 7.4, 0], [6.4, 7.4, 0], [6.4, -7.4, 0], [0, -7.4, 4], [0, 7.4, 4]]
 TOWN: dict[str, Any] = {
@@ -374,7 +372,6 @@ def digest() -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(600)
 def test_the_same_scene_has_the_same_bytes_also_on_another_kind_of_processor(tmp_path: Path) -> None:
     own = digest()
     assert digest() == own

@@ -21,7 +21,6 @@ from tools.bench_renderer import AT_S, KINDS, VIEWS, pose
 
 F64 = npt.NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
-pytestmark = pytest.mark.timeout(600)
 
 
 @lru_cache(maxsize=1)

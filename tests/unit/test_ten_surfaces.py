@@ -17,8 +17,6 @@ from sitl_emu.world.render.scene import MeshScene
 from sitl_emu.world.world import World
 from tests.typed import present
 
-pytestmark = pytest.mark.timeout(300)
-"""Whichever test is the first waits for numba, where nothing was compiled yet."""
 AGREE_M = 0.05
 AHEAD = Mount(0.0, 0.0, 0.0, 0.0)
 EXACT = Noise(0.0, 1, "exact")

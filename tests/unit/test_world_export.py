@@ -25,7 +25,6 @@ from sitl_emu.world.world import World
 from tests.unit.test_cli import call
 from tests.unit.test_world_kinds import made
 
-pytestmark = pytest.mark.timeout(300)
 YARD: dict[str, Any] = {
     "name": "yard",
     "area_m": [[-20, -20], [-20, 20], [20, 20], [20, -20]],

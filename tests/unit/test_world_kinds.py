@@ -18,7 +18,6 @@ LABELS = {
     "debris_field": {"debris slab", "debris wall", "debris rubble", "car", "truck", "person", "stop_sign"},
     "wildfire_perimeter": {"fire", "canopy", "grass", "car", "truck", "person", "stop_sign"},
 }
-pytestmark = pytest.mark.timeout(300)
 
 
 def made(kind: str, seed: int = 1, **options: object) -> World:
