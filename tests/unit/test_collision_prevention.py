@@ -142,7 +142,7 @@ def sensed(sample: DistanceSensorSample, *earlier: DistanceSensorSample, attitud
     for each in (*earlier, sample):
         follower.fly(0.3)
         follower.topics.distance_sensor_sideways = each._replace(timestamp=follower.now_us)
-        follower.fly(0.016)
+        follower.fly(0.02)
     told = enumerate(follower.topics.obstacle_distance_fused.distances)
     return {index: cm for index, cm in told if cm != UNKNOWN}
 
@@ -213,7 +213,7 @@ def test_a_distance_is_for_all_directions_that_it_touches(
     follower.topics.obstacle_distance = ObstacleDistance(
         follower.now_us, BODY_FRD, distances, increment, 20, 1000, offset
     )
-    follower.fly(0.016)
+    follower.fly(0.02)
     told = follower.topics.obstacle_distance_fused.distances
     assert [index for index, cm in enumerate(told) if cm != UNKNOWN] == directions
 

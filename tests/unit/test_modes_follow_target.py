@@ -239,7 +239,7 @@ def test_the_gimbal_looks_down_to_the_target(altitude_mode: int, below_m: float)
     lat, lon = HOME.reproject(0.0, 0.0)
     follower.topics.follow_target = FollowTarget(follower.now_us, lat, lon, ALTITUDE_M - 2.0, (0.0, 0.0, 0.0))
     follower.place(-8.0, 0.0, 8.0)
-    follower.fly(0.016)
+    follower.fly(0.02)
     told = follower.topics.gimbal_manager_set_attitude
     assert euler(told.q) == pytest.approx((0.0, -math.atan2(below_m, 8.0), 0.0), abs=0.01)
     assert (told.origin_sysid, told.origin_compid, told.flags) == (0, 0, 0)

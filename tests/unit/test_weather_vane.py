@@ -7,7 +7,7 @@ import pytest
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import ManualControlSetpoint, VehicleAttitudeSetpoint
 from sitl_emu.core.attitude import quaternion
-from tests.unit.modes_follower import Follower
+from tests.unit.modes_follower import STEP_S, Follower
 
 from .navigation_fake import FakeVehicle
 
@@ -37,7 +37,7 @@ def test_it_turns_to_the_side_to_which_it_leans(
     follower = holding(nav_state, WV_GAIN=2.0, WV_YRATE_MAX=12.0, MPC_POS_MODE=position_mode)
     follower.fly(0.5)
     leaning(follower, roll_deg, follower.topics.vehicle_local_position.heading)
-    setpoint = follower.fly(0.008)[-1].setpoint
+    setpoint = follower.fly(STEP_S)[-1].setpoint
     assert math.isnan(setpoint.yaw)
     assert math.degrees(setpoint.yawspeed) == pytest.approx(deg_s, abs=0.05)
 
@@ -48,7 +48,7 @@ def test_a_lean_counts_from_the_heading() -> None:
     leaning(follower, 0.0)
     pitched = quaternion(0.0, math.radians(-6.0), 0.0)  # to the north, which is to the left of a nose that looks east
     follower.topics.vehicle_attitude_setpoint = VehicleAttitudeSetpoint(1, pitched)
-    assert math.degrees(follower.fly(0.008)[-1].setpoint.yawspeed) == pytest.approx(-5.0, abs=0.05)
+    assert math.degrees(follower.fly(STEP_S)[-1].setpoint.yawspeed) == pytest.approx(-5.0, abs=0.05)
 
 
 def test_a_heading_that_is_wanted_goes_before() -> None:
@@ -73,7 +73,7 @@ def test_a_stick_that_is_let_go_leaves_the_heading_to_the_wind() -> None:
     assert follower.fly(2.0)[-1].setpoint.yawspeed > math.radians(30.0)
     follower.topics.manual_control_setpoint = ManualControlSetpoint(3, True)
     leaning(follower, 6.0, follower.topics.vehicle_local_position.heading)
-    setpoint = follower.fly(0.008)[-1].setpoint
+    setpoint = follower.fly(STEP_S)[-1].setpoint
     assert math.isnan(setpoint.yaw) and math.degrees(setpoint.yawspeed) == pytest.approx(5.0, abs=0.5)
 
 

@@ -4,6 +4,7 @@ What is sought makes `matrix (sample - offset)` as long as the radius for every 
 radius, an ellipsoid then offset and matrix. The steps end as PX4's do, soon rather than late.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -43,14 +44,13 @@ def fit(samples: Array, start: Ellipsoid, *, sphere: bool) -> tuple[Ellipsoid, b
             for weight in (damping, damping / DAMPING_FACTOR)
         ]
         careful, bold = (_cost(samples, tried) for tried in tries)
-        if careful > cost and bold > cost:
-            damping *= DAMPING_FACTOR
-            shape = tries[0]
-        elif bold < cost and bold < careful:
+        if bold < cost and bold < careful:
             damping /= DAMPING_FACTOR
             shape, cost = tries[1], bold
-        elif careful <= cost:
-            shape, cost = tries[0], careful
+        elif math.isfinite(careful):
+            if careful > cost and bold > cost:
+                damping *= DAMPING_FACTOR
+            shape, cost = tries[0], min(careful, cost)  # taken although it may be no better, as in PX4
         else:
             continue
         enough = step >= LEAST_STEPS and (cost < GOOD_COST or damping < LEAST_DAMPING)
