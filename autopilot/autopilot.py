@@ -54,7 +54,8 @@ MODE_FLAG_TEST_ENABLED: Final = 2
 SITL_DEFAULTS: Final = {"COM_CPU_MAX": -1.0, "COM_RAM_MAX": -1.0}
 """Of every airframe (init.d-posix/rcS): how busy a simulation is tells nothing of a vehicle."""
 POSITION_EVERY: Final = 2
-"""Modes and position control run on every second tick (125 Hz), as PX4's do on vehicle_local_position."""
+"""Position control runs on every second tick (125 Hz), as PX4's does on vehicle_local_position; before it the modes,
+which take some of these (`flight_modes.INTERVAL_US`)."""
 COMMANDER_EVERY: Final = 3
 """Commander and navigator run on every third tick (83 Hz): between two runs PX4's commander sleeps 10 ms
 (COMMANDER_MONITORING_INTERVAL), which are three ticks, as simulated time stands between them."""

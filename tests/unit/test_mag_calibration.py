@@ -1,11 +1,13 @@
 """Calibrating the magnetometer on simulated time: by turning the vehicle, and by a known heading."""
 
+import itertools
 import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
+from sitl_emu.autopilot.commander.calibration import lm_fit
 from sitl_emu.autopilot.commander.calibration.lm_fit import Ellipsoid, fit
 from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS, corrected_mag, corrections_of
 from sitl_emu.autopilot.topics import SensorGps, Vector3, VehicleCommand
@@ -153,3 +155,13 @@ def test_points_that_are_no_sphere() -> None:
     start = Ellipsoid(0.4, np.zeros(3), np.eye(3))
     assert not fit(np.zeros((0, 3)), start, sphere=True)[1]
     assert not fit(np.array([(math.cos(n), math.sin(n), 0.0) for n in range(20)]), start, sphere=True)[1]
+
+
+def test_a_step_that_is_no_better_ends_no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where rounding lets the bolder step cost as much as the last one did, and the careful one more (lm_fit.cpp)."""
+    costs = itertools.chain([2e-6, 1e-6], itertools.cycle([2e-6, 1e-6]))
+    monkeypatch.setattr(lm_fit, "_cost", lambda samples, shape: next(costs))
+    samples = np.array([turning("down", 0.1 * n) for n in range(60)])
+    start = Ellipsoid(0.47, np.zeros(3), np.eye(3))
+    _, found = fit(samples, start, sphere=True)
+    assert found

@@ -10,6 +10,7 @@ from sitl_emu.autopilot.modes.land import descent_speed, land_speeds
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import (
     ManualControlSetpoint,
+    OffboardSetpoint,
     PositionSetpointTriplet,
     TakeoffStatus,
     TrajectorySetpoint,
@@ -365,3 +366,26 @@ def test_much_too_fast_it_brakes_before_it_goes_on() -> None:
     follower.go((-50.0, 0.0, 10.0))
     rows = follower.fly(4.0)
     assert min(row.setpoint.acceleration[0] for row in rows) < -5.0
+
+
+@pytest.mark.parametrize(("nav_state", "apart_ms"), [(NavState.AUTO_LOITER, {16, 24}), (NavState.OFFBOARD, {8})])
+def test_a_task_runs_with_every_second_or_third_estimate_and_offboard_with_each(
+    nav_state: NavState, apart_ms: set[int]
+) -> None:
+    """50 Hz of 125: FlightModeManager::init, and uORB's SubscriptionInterval, which keeps to 20 ms on average."""
+    follower = Follower(nav_state=nav_state)
+    follower.go((50.0, 0.0, 10.0), kind=SetpointType.LOITER)
+    ran_us = []
+    for _ in range(250):
+        follower.now_us += 8_000
+        topics, now_us = follower.topics, follower.now_us
+        topics.vehicle_local_position = topics.vehicle_local_position._replace(timestamp=now_us)
+        topics.offboard_setpoint = OffboardSetpoint(now_us, TrajectorySetpoint(now_us, position=(9.0, 0.0, -10.0)))
+        before = topics.trajectory_setpoint
+        follower.modes.update(now_us)
+        if topics.trajectory_setpoint is not before:
+            ran_us.append(now_us)
+    intervals_ms = [(b - a) // 1000 for a, b in itertools.pairwise(ran_us)][2:]
+    assert set(intervals_ms) == apart_ms
+    if nav_state is not NavState.OFFBOARD:
+        assert sum(intervals_ms) / len(intervals_ms) == pytest.approx(20.0, abs=0.1)

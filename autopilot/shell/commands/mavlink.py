@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, integer, number, usage, warning
 from sitl_emu.core import dialect as mavlink
@@ -13,9 +14,8 @@ MODE_NAMES = {
     "gimbal": "Gimbal",
     "custom": "Custom",
 }
-DATA_RATE_BYTES_PER_S = {"onboard_low_bandwidth": 4_000, "gimbal": 400_000, "custom": 400_000}
-MOST_BYTES_PER_S = 4_000_000
-"""Of the other links (px4-rc.mavlink)."""
+UNREACHED_BYTES_PER_S = {"normal": 4e6, "onboard": 4e6, "gimbal": 4e5, "custom": 4e5}
+"""Limits of the links that never reach them (px4-rc.mavlink, -r)."""
 FRAME_OVERHEAD_BYTES = 12
 COMMANDS = (
     ("status", "all links; streams: what each of them sends"),
@@ -44,7 +44,7 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     sent, heard = link.bytes_per_s
     received = link.messages_received + link.messages_lost
     loss_pct = 100.0 * link.messages_lost / received if received else 0.0
-    limit = DATA_RATE_BYTES_PER_S.get(link.mode, MOST_BYTES_PER_S)
+    limit = {**rates.DATA_RATE_BYTES_PER_S, **UNREACHED_BYTES_PER_S}[link.mode]
     if link.has_gcs(vehicle.now_us):
         yield "\tGCS heartbeat valid\n"
     yield f"\tmavlink chan: #{channel}\n"
@@ -54,7 +54,7 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     yield f"\t  tx: {sent:.1f} B/s\n"
     yield "\t  txerr: 0.0 B/s\n"
     yield f"\t  tx rate mult: {link.rate_multiplier:.3f}\n"
-    yield f"\t  tx rate max: {limit} B/s\n"
+    yield f"\t  tx rate max: {limit:.0f} B/s\n"
     yield f"\t  rx: {heard:.1f} B/s\n"
     yield f"\t  rx loss: {loss_pct:.1f}%\n"
     if link.components:
