@@ -44,7 +44,7 @@ from sitl_emu.autopilot.topics import Topics, VehicleCommand
 from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.autopilot.vision_target_estimator.vision_target_estimator import VisionTargetEstimator
-from sitl_emu.core.simulator_api import HilActuatorControls, SimulatorMessage
+from sitl_emu.core.simulator_api import LOCKSTEP, HilActuatorControls, SimulatorMessage
 
 if TYPE_CHECKING:
     from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
@@ -176,7 +176,7 @@ class Autopilot:
         mode = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
         if outputs.test_mode:
             mode |= MODE_FLAG_TEST_ENABLED
-        return HilActuatorControls(outputs.timestamp, 1, outputs.controls, mode)
+        return HilActuatorControls(now_us, LOCKSTEP, outputs.controls, mode)
 
     def _owners(self) -> tuple[CommandOwner, ...]:
         """Who decides on commands; a later one takes precedence."""

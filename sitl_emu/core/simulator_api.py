@@ -139,8 +139,9 @@ class RangingBeacon(NamedTuple):
 class HilActuatorControls(NamedTuple):
     """HIL_ACTUATOR_CONTROLS (93): outputs in the order of PWM_MAIN_FUNCn; motors 0..1, servos -1..1.
 
-    `time_usec` says when the outputs were made: the same ones come again until there are new ones. `mode` is
-    MAV_MODE_FLAG (bit 128: armed, bit 2: actuators are tested); an unarmed motor that is not tested is 0.
+    `time_usec` is the autopilot's time when it answers, which `flags` with LOCKSTEP says to be that of the last
+    HIL_SENSOR it has taken (PX4: SimulatorMavlink::actuator_controls_from_outputs). `mode` is MAV_MODE_FLAG (bit 128:
+    armed, bit 2: actuators are tested); an unarmed motor that is not tested is 0.
     """
 
     time_usec: int
@@ -242,6 +243,8 @@ HIL_ACTUATOR_CONTROLS_LAYOUT = Layout("QQ16fB")
 GIMBAL_LAYOUT = Layout("I4f3fIHBB")
 CAMERA_SETTINGS_LAYOUT = Layout("IBffB")
 CONTROLS: Final = 16
+LOCKSTEP: Final = 1
+"""Bit of HIL_ACTUATOR_CONTROLS.flags: HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP."""
 YAW_IN_VEHICLE_FRAME: Final = 32
 """Bit of GIMBAL_DEVICE_ATTITUDE_STATUS.flags."""
 

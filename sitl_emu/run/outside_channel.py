@@ -7,7 +7,14 @@ all while it is disarmed (modules/simulation/simulator_mavlink sends when actuat
 
 from collections.abc import Sequence
 
-from sitl_emu.core.simulator_api import BesideMessage, HilActuatorControls, HilSensor, PictureTaken, SimulatorMessage
+from sitl_emu.core.simulator_api import (
+    LOCKSTEP,
+    BesideMessage,
+    HilActuatorControls,
+    HilSensor,
+    PictureTaken,
+    SimulatorMessage,
+)
 from sitl_emu.core.tcp_channel import TcpSimulatorChannel
 from sitl_emu.run.carried import Carried
 from sitl_emu.vehicles import Vehicle
@@ -29,22 +36,35 @@ class OutsideChannel:
         self._answers_every_tick = vehicle.propulsion is not None
         self._patience_s = FIRST_ANSWER_S if self._answers_every_tick else KEEPING_UP_S
         self._last = OFF
+        self._tick_us = 0
+        """HIL_SENSOR.time_usec of the last tick."""
         self._has_spoken = False
 
     def send(self, messages: list[SimulatorMessage]) -> None:
         """One tick's messages. Raises ChannelClosed."""
         self._channel.send(messages)
-        if self._carried is not None and isinstance(sensor := messages[-1], HilSensor):
+        sensor = messages[-1]
+        if not isinstance(sensor, HilSensor):
+            return
+        self._tick_us = sensor.time_usec
+        if self._carried is not None:
             pictures = [message for message in messages if isinstance(message, PictureTaken)]
             self._said = self._carried.step(sensor.time_usec, pictures)
 
     def receive(self) -> HilActuatorControls:
-        """The answer, or the last one where none comes soon. Raises ChannelClosed."""
+        """The answer, or the last one where none comes soon. Raises ChannelClosed.
+
+        Who slept when its first ticks came still answers those when it has spoken: its answers are taken by their time,
+        not counted, or all its flight it would be so many ticks behind.
+        """
         if self._has_spoken and self._answers_every_tick:
-            return self._channel.receive()
-        answer = self._channel.newest(self._patience_s)
-        if answer is not None:
-            self._last, self._has_spoken = answer, True
+            answer = self._channel.receive()
+            while answer.flags & LOCKSTEP and answer.time_usec < self._tick_us:
+                answer = self._channel.receive()
+            return answer
+        newest = self._channel.newest(self._patience_s)
+        if newest is not None:
+            self._last, self._has_spoken = newest, True
         return self._last
 
     def beside(self) -> Sequence[BesideMessage]:
