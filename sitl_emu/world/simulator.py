@@ -47,8 +47,8 @@ from sitl_emu.world.wind import Wind
 
 TICK_US: Final = 4000
 BATTERY_EVERY_US: Final = 200_000
-TRUTH_EVERY_US: Final = 12_000
-"""Ours: so its log has the truth 75 times a second. PX4's SIH tells it with each step, and its log takes 100."""
+TRUTH_EVERY_US: Final = 8_000
+"""Ours: often enough for the 100 a second that its log takes, as PX4's, whose SIH tells it with each step."""
 ESCS_EVERY_US: Final = 80_000
 ESCS_PER_MESSAGE: Final = 4
 RPM_PER_RAD_S: Final = 60.0 / math.tau

@@ -13,6 +13,7 @@ from .navigation_fake import STEP_US, FakeVehicle, item
 TAKEOFF, WAYPOINT, LAND, DO_SET_ACTUATOR, MAV_FRAME_MISSION = 22, 16, 21, 187, 2
 DO_GRIPPER, RELEASE, GRAB = 211, 0.0, 1.0
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, FAILED, IN_PROGRESS = (0, 0, 0), (1, 0, 0), (2, 0, 0), (4, 0, 0), (5, 255, 0)
+CANCELLED = 6
 
 
 class Gripper:
@@ -20,13 +21,13 @@ class Gripper:
 
     def __init__(self, **parameters: float) -> None:
         self.topics, self.outgoing = Topics(), OutgoingCommands()
-        values = Parameters(VehicleKind.MULTICOPTER, parameters)
-        self.deliverer = PayloadDeliverer(self.topics, values, self.outgoing)
+        self.parameters = Parameters(VehicleKind.MULTICOPTER, parameters)
+        self.deliverer = PayloadDeliverer(self.topics, self.parameters, self.outgoing)
         self.now_us = 0
 
     def command(self, action: float) -> tuple[int, ...]:
-        """The first answer."""
-        return tuple(self.deliverer.handle_command(self.now_us, VehicleCommand(DO_GRIPPER, 0.0, action)))
+        """The first answer; none where it comes with others."""
+        return tuple(self.deliverer.handle_command(self.now_us, VehicleCommand(DO_GRIPPER, 0.0, action)) or ())
 
     def run(self, seconds: float) -> list[tuple[int, ...]]:
         """Later answers within a time."""
@@ -62,14 +63,29 @@ def test_what_it_commands_itself_names_nobody() -> None:
     assert [(ack.command.source_system, ack.command.source_component) for ack in acks] == [(0, 0)] * 2
 
 
-def test_it_changes_its_mind_and_answers_once() -> None:
+def test_who_asked_for_what_is_cancelled_hears_it_first() -> None:
+    """PayloadDeliverer::handle_vehicle_command: CANCELLED to the first, then IN_PROGRESS to the other."""
     gripper = Gripper(PD_GRIPPER_TO=3.0)
     gripper.run(3.1)
     assert gripper.command(RELEASE) == IN_PROGRESS
     gripper.run(1.0)
-    assert gripper.command(GRAB) == IN_PROGRESS
+    other = VehicleCommand(DO_GRIPPER, 0.0, GRAB, source_system=9)
+    gripper.topics.vehicle_command_acks = tuple[VehicleCommandAck, ...]()
+    assert gripper.deliverer.handle_command(gripper.now_us, other) is None
+    acks = [(ack.command.source_system, ack.result) for ack in gripper.topics.vehicle_command_acks]
+    assert acks == [(0, CANCELLED), (9, IN_PROGRESS[0])]
     assert gripper.run(2.9) == []
     assert gripper.run(0.2) == [ACCEPTED]
+
+
+def test_what_is_no_action_cancels_too_but_ends_nothing() -> None:
+    gripper = Gripper()
+    gripper.run(1.1)
+    assert gripper.command(RELEASE) == IN_PROGRESS
+    gripper.topics.vehicle_command_acks = tuple[VehicleCommandAck, ...]()
+    assert gripper.command(7.0) == ()
+    assert [ack.result for ack in gripper.topics.vehicle_command_acks] == [CANCELLED, DENIED[0]]
+    assert gripper.run(1.1) == [ACCEPTED] and gripper.deliverer.state == "RELEASED"
 
 
 def test_what_it_cannot_do() -> None:
@@ -77,6 +93,18 @@ def test_what_it_cannot_do() -> None:
     gripper.run(1.1)
     assert gripper.command(2.0) == gripper.command(float("nan")) == DENIED
     assert Gripper(PD_GRIPPER_TYPE=-1).command(RELEASE) == FAILED
+
+
+def test_its_parameters_count_once() -> None:
+    """PayloadDeliverer::configure_gripper: a gripper that is there is not set up anew, and never taken away."""
+    gripper = Gripper(PD_GRIPPER_TYPE=-1, PD_GRIPPER_TO=2.0)
+    assert gripper.run(5.0) == []
+    gripper.parameters.set("PD_GRIPPER_TYPE", 0)
+    assert gripper.run(2.3) == [IN_PROGRESS, ACCEPTED]
+    gripper.parameters.set("PD_GRIPPER_TYPE", -1)
+    gripper.parameters.set("PD_GRIPPER_TO", 9.0)
+    assert gripper.command(RELEASE) == IN_PROGRESS
+    assert gripper.run(1.9) == [] and gripper.run(0.2) == [ACCEPTED]
 
 
 class Mission(FakeVehicle):

@@ -62,7 +62,7 @@ def test_rates() -> None:
     assert count(messages, HilGps) == 81
     assert count(messages, DistanceSensor) == 201
     assert count(messages, SimulatedBattery) == 51
-    assert count(messages, HilStateQuaternion) == 834
+    assert count(messages, HilStateQuaternion) == 1251
     sensors = [message for message in messages if isinstance(message, HilSensor)]
     assert sum(sensor.fields_updated & FIELDS_UPDATED_MAG != 0 for sensor in sensors) == pytest.approx(150, abs=2)
     assert sum(sensor.fields_updated & FIELDS_UPDATED_BARO != 0 for sensor in sensors) == pytest.approx(250, abs=2)
