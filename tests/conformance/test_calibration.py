@@ -13,6 +13,9 @@ GYRO, MAG, ACCEL, AIRSPEED = (1,), (0, 1), (0, 0, 0, 0, 1), (0, 0, 0, 0, 0, 1)
 NOTHING = (0,)
 CANCELLED = "[cal] calibration cancelled"
 PROGRESS = "[cal] progress <"
+RETRYING = "motion, retrying.."
+"""To noise that looks like motion: a median of nine samples 0.6 deg/s off the mean (gyro_calibration.cpp), in one of
+thirty calibrations at the 0.01 rad/s of PX4's SIH."""
 
 pytestmark = [
     pytest.mark.covers(
@@ -77,7 +80,8 @@ def test_a_gyro_at_rest_is_calibrated(station: Any) -> None:
     texts = texts_until(station, "[cal] calibration done", 30.0)
     assert texts[0] == "[cal] calibration started: 2 gyro"
     assert texts[-1] == "[cal] calibration done: gyro"
-    progress = [int(text.removeprefix(PROGRESS).rstrip(">")) for text in texts if text.startswith(PROGRESS)]
+    last_try = texts[max((i for i, text in enumerate(texts) if text == RETRYING), default=0) :]
+    progress = [int(text.removeprefix(PROGRESS).rstrip(">")) for text in last_try if text.startswith(PROGRESS)]
     assert progress == sorted(progress)
     assert {0, 100} <= set(progress) <= set(range(0, 101, 10))
 
