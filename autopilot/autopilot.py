@@ -176,7 +176,7 @@ class Autopilot:
         mode = MODE_FLAG_SAFETY_ARMED if self.topics.actuator_armed.armed else 0
         if outputs.test_mode:
             mode |= MODE_FLAG_TEST_ENABLED
-        return HilActuatorControls(now_us, LOCKSTEP, outputs.controls, mode)
+        return HilActuatorControls(outputs.timestamp, LOCKSTEP, outputs.controls, mode)
 
     def _owners(self) -> tuple[CommandOwner, ...]:
         """Who decides on commands; a later one takes precedence."""

@@ -139,9 +139,10 @@ class RangingBeacon(NamedTuple):
 class HilActuatorControls(NamedTuple):
     """HIL_ACTUATOR_CONTROLS (93): outputs in the order of PWM_MAIN_FUNCn; motors 0..1, servos -1..1.
 
-    `time_usec` is the autopilot's time when it answers, which `flags` with LOCKSTEP says to be that of the last
-    HIL_SENSOR it has taken (PX4: SimulatorMavlink::actuator_controls_from_outputs). `mode` is MAV_MODE_FLAG (bit 128:
-    armed, bit 2: actuators are tested); an unarmed motor that is not tested is 0.
+    `time_usec` says when the outputs were made: the same ones come again until there are new ones (a real PX4 answers
+    when it has made some, SimulatorMavlink::send; SIH's rover rolls on without). With LOCKSTEP in `flags` it is in
+    HIL_SENSOR's time. `mode` is MAV_MODE_FLAG (bit 128: armed, bit 2: actuators are tested); an unarmed motor that is
+    not tested is 0.
     """
 
     time_usec: int

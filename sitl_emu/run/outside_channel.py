@@ -20,7 +20,7 @@ from sitl_emu.run.carried import Carried
 from sitl_emu.vehicles import Vehicle
 
 FIRST_ANSWER_S = 0.02
-"""Wall time that a tick waits for a multicopter's autopilot that has not spoken yet."""
+"""Wall time that a tick waits for a multicopter's autopilot that has not spoken yet, or answers an earlier one."""
 KEEPING_UP_S = 0.004
 """Wall time that a tick waits for one that need not answer: as long as the tick, so that it keeps up in real time."""
 OFF = HilActuatorControls(0, 0, (0.0,) * 16, 0)
@@ -55,12 +55,15 @@ class OutsideChannel:
         """The answer, or the last one where none comes soon. Raises ChannelClosed.
 
         Who slept when its first ticks came still answers those when it has spoken: its answers are taken by their time,
-        not counted, or all its flight it would be so many ticks behind.
+        not counted, or all its flight it would be so many ticks behind. One that has made nothing new says an old time.
         """
         if self._has_spoken and self._answers_every_tick:
             answer = self._channel.receive()
             while answer.flags & LOCKSTEP and answer.time_usec < self._tick_us:
-                answer = self._channel.receive()
+                later = self._channel.poll(FIRST_ANSWER_S)
+                if later is None:
+                    break
+                answer = later
             return answer
         newest = self._channel.newest(self._patience_s)
         if newest is not None:
