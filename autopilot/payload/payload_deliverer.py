@@ -8,7 +8,6 @@ when it first has one. A winch nobody answers for. A mission's items come as top
 looks for no answer. What the module commands itself names nobody, and goes out on every link, as do its answers.
 """
 
-import math
 from typing import ClassVar
 
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
@@ -77,7 +76,7 @@ class PayloadDeliverer:
         if self._timeout_us is None:
             return CommandResult(mavlink.MAV_RESULT_FAILED)
         self._end_action(now_us, self._timeout_us)
-        action = c_types.rounded(command.param2) if math.isfinite(command.param2) else None
+        action = c_types.rounded(command.param2)
         if self._asked is None:
             return self._act(now_us, command, action)
         if action == self.action:
@@ -107,7 +106,7 @@ class PayloadDeliverer:
             self._is_new = True
             self._take_position()
 
-    def _act(self, now_us: int, command: VehicleCommand, action: int | None) -> CommandResult:
+    def _act(self, now_us: int, command: VehicleCommand, action: int) -> CommandResult:
         """Begin an action, if it is one that is not done already."""
         if action == self.action and self._done:
             return CommandResult(mavlink.MAV_RESULT_ACCEPTED)

@@ -41,8 +41,8 @@ HEADING_ERROR_DEG = 3.0
 ZOOM = 1.0 + 3.0 * ZOOM_PERCENT / 100.0
 """An m600's camera goes to 4 times."""
 SPEED = "5"
-"""Video has the camera's rate, 10 Hz, by the wall's clock: a look of 3 s then has six frames of it, more
-on a slow machine."""
+"""Video has the camera's rate, 10 Hz, by the wall's clock: a look of 3 s has six frames of it, on a slow
+machine more."""
 
 
 class Flight(NamedTuple):

@@ -58,6 +58,15 @@ def test_who_slept_through_its_first_ticks_is_not_behind_for_ever() -> None:
             assert simulator.receive().time_usec == number * TICK_US
 
 
+def test_who_has_made_nothing_new_is_not_waited_for() -> None:
+    """Its outputs are older than the tick: there is no later answer."""
+    with ends() as (simulator, autopilot):
+        for number in range(1, 4):
+            simulator.send([tick(number)])
+            answer(autopilot, LOCKSTEP, TICK_US)
+            assert simulator.receive().time_usec == TICK_US
+
+
 @pytest.mark.parametrize("flags", [0, LOCKSTEP])
 def test_every_answer_of_who_keeps_up_counts(flags: int) -> None:
     """Also that of one whose time is another than the simulator's, which then says nothing of lockstep."""
