@@ -7,10 +7,12 @@ from typing import Any
 
 import pytest
 
+from sitl_emu import vehicles
+from sitl_emu.run import checks
 from sitl_emu.run.campaign import campaign as campaigns
 from sitl_emu.run.campaign.arms import arms_of, variation
 from sitl_emu.run.scenario import find
-from tools.disaster import detector_table
+from tools.disaster import detector_table, level_camera
 from tools.disaster.paper_tables import FAULTS, LOST, ROWS, TABLES, faults_of, is_safe, main, summaries_in, table_of
 
 
@@ -42,6 +44,28 @@ def test_every_condition_is_a_scenario_that_can_be_flown(name: str) -> None:
         arms = arms_of(find(scenario), [variation(text) for text in table.vary])
         assert len({arm.name for arm in arms}) == len(arms)
     assert all(set(figures) <= set(ROWS) for figures in table.paper.values())
+
+
+def test_a_level_camera_hangs_from_a_gimbal_and_all_else_is_the_missions(tmp_path: Path) -> None:
+    level, own = find(str(level_camera.written(tmp_path, "disaster-debris"))), find("disaster-debris")
+    (flown,), (arm,) = arms_of(level, []), arms_of(own, [])
+    (one,), (other,) = flown.scenario.vehicles, arm.scenario.vehicles
+    assert one.camera is not None and other.camera is not None
+    assert one.camera == other.camera.model_copy(update={"mount": "gimbal"})
+    assert one.model_copy(update={"camera": None, "model": other.model}) == other.model_copy(update={"camera": None})
+    vehicle, responder = vehicles.load(one.model), vehicles.load("responder")
+    assert vehicle.gimbal == vehicles.load("m600").gimbal is not None
+    assert (vehicle.mass_kg, vehicle.propulsion) == (responder.mass_kg, responder.propulsion)
+    assert set(vehicle.airframe) - set(responder.airframe) == {"MNT_MODE_IN", "MNT_MODE_OUT"}
+    checks.check(flown.scenario, 1, level)
+
+
+def test_single_frames_are_told_by_their_spread_and_by_how_many_are_near_enough() -> None:
+    those = [summary(sightings=[{"error_m": 1.0}, {"error_m": 7.0}]), summary(sightings=[{"error_m": 5.0}])]
+    text = table_of(TABLES["level"], {"ours": those})
+    assert "| location by one frame, RMSE | 5.00 m |" in text
+    assert "| location by one frame, median | 5.0 m |" in text
+    assert "| located by one frame within 5 m | 2 of 3 |" in text
 
 
 def test_titles_stand_over_their_arms() -> None:
