@@ -255,6 +255,11 @@ class RegionMap:
         column = math.floor((east_m - self.west_m) / RESOLUTION_M)
         return (row, column) if 0 <= row < self.shape[0] and 0 <= column < self.shape[1] else None
 
+    def is_asked(self, north_m: float, east_m: float) -> bool:
+        """Whether a place lies in the area that regions are of."""
+        at = self.cell(north_m, east_m)
+        return at is not None and bool(self._asked[at])
+
     def _tell(self, layer: int, cells: Where, scores: Grid, evidence: Evidence, visible: Grid) -> None:
         """What one frame says of the cells that it shows: their scores, 0 of what is of no region."""
         hit = scores > 0.0

@@ -33,8 +33,9 @@ from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.spotter import Origin, camera_pose_at, camera_sweep_at, position
 from sitl_emu.missions.disaster import telling
+from sitl_emu.missions.disaster.alarms import Alarms
 from sitl_emu.missions.disaster.drop import View
-from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, LOOKS_WITHIN_RAD, Flight
+from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, LOOKS_WITHIN_RAD, WHOLE, Flight
 from sitl_emu.missions.disaster.settings import Settings, settings_of
 from sitl_emu.missions.disaster.sight import Eye, Sight
 from sitl_emu.missions.disaster.sightings import Sightings
@@ -56,6 +57,7 @@ class Responder:
         self._boxes: dict[str, tuple[int, Detection]] = {}
         """By label: the frame that showed it last, and the best box in it."""
         self._sightings = Sightings(settings.camera, settings.location)
+        self._alarms = Alarms(settings.camera, settings.perception.confirming.confirm_score, self._is_asked)
         self._outcome, self._failure = "", ""
         self._done = False
 
@@ -134,7 +136,13 @@ class Responder:
         flight.regions.update(pose, ground_m, detections, edges)
         for one in self._sightings.new(pose, detections, flight.regions, ground_m):
             telling.sighting(self._onboard, one, flight.place_deg)
+        if flight.over_ground_m >= WHOLE * flight.settings.scan_altitude_m:
+            self._alarms.update(now_us, frame_time_us, pose, detections)
         return []
+
+    def _is_asked(self, north_m: float, east_m: float) -> bool:
+        """Whether a place is in the area."""
+        return self.flight.regions is not None and self.flight.regions.is_asked(north_m, east_m)
 
     def on_time(self, now_us: int) -> Outgoing:
         """Goes on with the flight, unless a pilot or a failsafe has the vehicle."""
@@ -187,4 +195,6 @@ class Responder:
     def _end(self, outcome: str) -> None:
         self._done, self._outcome, self._script = True, outcome, None
         self.flight.looking = False
+        if self.flight.regions is not None:
+            telling.alarms(self._onboard, self._alarms.all, self.flight.place_deg)
         self._onboard.say(f"Mission ends: {outcome}", INFO if outcome == "success" else WARNING)

@@ -19,6 +19,8 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
   the share within two of the sigmas that were stated.
 - `sightings`, `sighting_rmse_m`: of each target the first place that a single frame gave it (`sightings.py`), against
   the middle of the true area's bounds.
+- `alarms`: by how many frames in a row (`alarms.py`), how many places the detections alone would have called it to
+  (`total`), and how many of them lie more than 5 m from any true area of that label (`false`).
 - `scan_share`: of the lines, those flown to their end, by whomever; `coverage_s`: from the first arming to the last
   line's end, where all were flown.
 - `served_twice`: parcels beyond the first that lie within 5 m of one true target; `separation_m`: how near two vehicles
@@ -108,6 +110,7 @@ def score(record: RunRecord) -> MissionScore:
         "geolocation_within_2_sigma": _within_2_sigma(diversions),
         "sightings": sightings,
         "sighting_rmse_m": _rounded(_rms([one["error_m"] for one in sightings])),
+        "alarms": _alarms(record),
         "scan_share": _scan_share(record),
         "coverage_s": _rounded(company.coverage_s(record.events)) if _scan_share(record) == 1.0 else None,
         "served_twice": company.served_twice([_served(record, one) for one in parcels]),
@@ -236,6 +239,21 @@ def _sightings(record: RunRecord) -> list[dict[str, Any]]:
                     "north_m": _rounded(north_m), "east_m": _rounded(east_m), "error_m": _rounded(error_m)}  # fmt: skip
             first.setdefault((event["vehicle"], number), told)
     return list(first.values())
+
+
+def _alarms(record: RunRecord) -> dict[str, dict[str, int]]:
+    """By frames in a row, as text: JSON has no other keys."""
+    counted = dict[str, dict[str, int]]()
+    for event in record.events:
+        if event["event"] != "alarms":
+            continue
+        count = counted.setdefault(str(event["frames"]), {"total": 0, "false": 0})
+        (places,) = _rings(record, event["places"])
+        for time_s, place in zip(map(float, event["times_s"].split()), places, strict=True):
+            of_label = [one.shape for one in targets(record.areas, time_s) if one.label == event["label"]]
+            count["total"] += 1
+            count["false"] += all(shape.distance(Point(place)) > MATCH_M for shape in of_label)
+    return counted
 
 
 def _row(target: TrueTarget, mapped: Sequence[tuple[str, Geometry]], seen_of: Geometry) -> dict[str, Any]:

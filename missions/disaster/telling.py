@@ -10,6 +10,7 @@ from sitl_emu.missions.companion.onboard import Onboard
 from sitl_emu.missions.companion.terrain.survey import Survey
 from sitl_emu.missions.disaster import places
 from sitl_emu.missions.disaster.aborts import Aborted
+from sitl_emu.missions.disaster.alarms import Alarm
 from sitl_emu.missions.disaster.outlines import as_text
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import RegionMap
@@ -121,6 +122,16 @@ def terrain_map(onboard: Onboard, name: str, survey: Survey, ground: tuple[float
         home_lon_deg=ground[1],
         home_amsl_m=ground[2],
     )
+
+
+def alarms(onboard: Onboard, found: Sequence[Alarm], deg: InDegrees) -> None:
+    """Where detections alone would have called it, and when, for the score."""
+    for frames, label in sorted({(one.frames, one.label) for one in found}):
+        those = [one for one in found if (one.frames, one.label) == (frames, label)]
+        text = f"{label} in {frames} frame{'s in a row' if frames > 1 else ''}: {len(those)} places"
+        times_s = " ".join(f"{one.time_us / 1e6:.2f}" for one in those)
+        places = as_text([[deg(one.place_m) for one in those]])
+        onboard.note("alarms", text, frames=frames, label=label, times_s=times_s, places=places)
 
 
 def regions(onboard: Onboard, found: RegionMap, deg: InDegrees) -> None:

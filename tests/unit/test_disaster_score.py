@@ -91,6 +91,21 @@ def test_the_first_sighting_of_a_target_is_held_against_its_middle() -> None:
     assert scored(MAPPED)["sightings"] == [] and scored(MAPPED)["sighting_rmse_m"] is None
 
 
+def test_what_frames_alone_would_have_called_it_to_is_held_against_the_truth_of_that_time() -> None:
+    def alarms(frames: int, times_s: str, *places_m: tuple[float, float], label: str = "water_body") -> dict[str, Any]:
+        return {"event": "alarms", "time_s": 80.0, "vehicle": "uas", "frames": frames, "label": label,
+                "times_s": times_s, "places": text(list(places_m))}  # fmt: skip
+
+    once = alarms(1, "10.0 11.0 12.0", (15.0, 15.0), (24.5, 15.0), (26.0, 15.0))
+    got = scored(MAPPED, once, alarms(1, "9.0", (15.0, 15.0), label="fire_region"), alarms(3, "12.0", (15.0, 15.0)))
+    assert got["alarms"] == {"1": {"total": 4, "false": 2}, "3": {"total": 1, "false": 0}}
+    assert scored(MAPPED)["alarms"] == {}
+    square = ((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0))
+    fire = TrueArea("fire", "fire", "fire", square, front_m_s=(0.0, 1.0))
+    early, late = (alarms(1, time_s, (5.0, 30.0), label="fire_region") for time_s in ("1.0", "20.0"))
+    assert [scored(one, areas=(fire,))["alarms"]["1"]["false"] for one in (early, late)] == [1, 0]
+
+
 def test_nobody_sees_water_under_a_house() -> None:
     house = TrueArea("solid", "house", "house", ((10.0, 10.0), (15.0, 10.0), (15.0, 20.0), (10.0, 20.0)))
     beside = region((15.5, 10.5), (15.5, 19.5), (19.5, 19.5), (19.5, 10.5))

@@ -100,6 +100,7 @@ DELIVERED, FOUND, RMSE, FALSE = "parcel within 5 m", "targets found", "location 
 SIGHTING, SIGHTING_MEDIAN, SIGHTED = (
     "location by one frame, RMSE", "location by one frame, median", "located by one frame within 5 m",
 )  # fmt: skip
+ALARMS, ALARMS_CONFIRMED = "false alarms of one frame", "false alarms of three in a row"
 ABORTED, TERRAIN, HEIGHT = "safely aborted", "terrain RMS error", "height over ground, RMS off"
 AWAY, KEPT_FOR = "parcel from its target, at most", "parcels kept for"
 TABLES = {
@@ -127,7 +128,7 @@ TABLES = {
         "Table 5, last row: with and without confirmation",
         ["disaster-debris"],
         [f"{OPTIONS}.confirmations=1,3"],
-        {"paper, without": {FALSE: "9"}, "paper, with": {FALSE: "2"}},
+        {"paper, without": {FALSE: "9", ALARMS: "9"}, "paper, with": {FALSE: "2", ALARMS_CONFIRMED: "2"}},
     ),
     "receiver": Table(
         "The paper's receiver, an M8N (2.5 m CEP)",
@@ -208,6 +209,12 @@ def _sighted_m(those: Summaries) -> list[float]:
     return [each["error_m"] for one in those for each in one.get("sightings", ())]
 
 
+def _alarmed(those: Summaries, frames: str) -> str:
+    """Of the places that detections alone would have called it to (`alarms.py`), those with nothing there."""
+    counts = [one["alarms"][frames] for one in those if frames in one.get("alarms", {})]
+    return _share(sum(count["false"] for count in counts), sum(count["total"] for count in counts))
+
+
 def _part(name: str) -> Callable[[Summaries], str]:
     def of(those: Summaries) -> str:
         there = [one[name]["rms_m"] for one in those if one.get(name)]
@@ -227,6 +234,8 @@ ROWS: Mapping[str, Callable[[Summaries], str]] = {
     SIGHTING_MEDIAN: lambda those: f"{median(_sighted_m(those)):.1f} m" if _sighted_m(those) else "–",
     SIGHTED: lambda those: _share(sum(error_m <= 5.0 for error_m in _sighted_m(those)), len(_sighted_m(those))),
     FALSE: _false,
+    ALARMS: lambda those: _alarmed(those, "1"),
+    ALARMS_CONFIRMED: lambda those: _alarmed(those, "3"),
     TERRAIN: _part("terrain"),
     HEIGHT: _part("scan_height"),
     "all lines flown after, mean": lambda those: _mean([one["coverage_s"] for one in those]),
