@@ -169,6 +169,7 @@ class Autopilot:
             self.control.update_position(now_us)
         self.control.update_rate(now_us)
         self.logger.update(now_us)
+        self.estimator.records.logged = self.logger.is_logging
         self.mavlink.update(now_us)
         if self.uxrce_dds_client is not None:
             self.uxrce_dds_client.update(now_us)

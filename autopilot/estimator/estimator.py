@@ -78,7 +78,7 @@ class Estimator:
         self.ekf = ekf = Ekf(self._settings)
         self.fusion = Fusion(ekf)
         self._publication = Publication(topics, self.fusion)
-        self._records = Records(topics, self.fusion, self._publication)
+        self.records = Records(topics, self.fusion, self._publication)
         self._version = parameters.version
         self._enable_sensors()
         self._imu_us = 0
@@ -125,7 +125,7 @@ class Estimator:
         publication.global_position(now_us)
         if not self._declination_saved:
             self._save_declination()
-        self._records.update(now_us)
+        self.records.update(now_us)
 
     def _enable_sensors(self) -> None:
         """EKF2_SENS_EN, which is not looked at in flight."""
@@ -169,11 +169,11 @@ class Estimator:
         if imu.accel_calibration_count != self._accel_calibration:
             self._accel_calibration = imu.accel_calibration_count
             reset_accel_bias(self.ekf)
-            self._records.forget(ACCEL)
+            self.records.forget(ACCEL)
         if imu.gyro_calibration_count != self._gyro_calibration:
             self._gyro_calibration = imu.gyro_calibration_count
             reset_gyro_bias(self.ekf)
-            self._records.forget(GYRO)
+            self.records.forget(GYRO)
 
     def _due(self, time_us: int, delay: str) -> int:
         """When a sample that came at `time_us` is to be fused."""
@@ -184,7 +184,7 @@ class Estimator:
         reset = mag.calibration_count != self._mag_calibration
         self._mag_calibration = mag.calibration_count
         if reset:
-            self._records.forget(MAG)
+            self.records.forget(MAG)
         sample = MagSample(self._due(mag.timestamp_sample, "EKF2_MAG_DELAY"), mag.magnetometer_ga, reset)
         self.fusion.magnetometer.buffer.push(now_us, sample, self.fusion.observation_interval_us)
 

@@ -1,7 +1,8 @@
 """What the filter tells of itself: records for the log, for checks and for ground stations.
 
 PX4's EKF2 (EKF2.cpp: PublishStatus, PublishStatusFlags, PublishStates, PublishInnovations, …, v1.18), which publishes
-most of them with every step; here those that change at every step are written ten times a second.
+most of them with every step. So do we while a log takes them; else those that change at every step are written two to
+ten times a second, for nobody else looks more often.
 """
 
 import math
@@ -11,7 +12,7 @@ from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource, record_1d, record_2d, record_3d
 from sitl_emu.autopilot.estimator.bias_estimator import BiasStatus
 from sitl_emu.autopilot.estimator.ekf import ACCEL_BIAS, GYRO_BIAS, Ekf
-from sitl_emu.autopilot.estimator.flags import FAULT_NAMES, control_flags, fault_flags, mask
+from sitl_emu.autopilot.estimator.flags import FAULT_NAMES, ControlStatus, control_flags, fault_flags, mask
 from sitl_emu.autopilot.estimator.fusion import Fusion
 from sitl_emu.autopilot.estimator.publication import Publication
 from sitl_emu.autopilot.estimator.stable_bias import StableBias
@@ -72,9 +73,12 @@ class Records:
     def __init__(self, topics: Topics, fusion: Fusion, publication: Publication) -> None:
         self._topics, self._fusion, self._ekf = topics, fusion, fusion.ekf
         self._publication = publication
+        self.logged = False
+        """Whether a log takes them."""
         self._often_us = self._half_us = self._seldom_us = self._bias_us = self._event_us = 0
         self._flags: tuple[bool, ...] = ()
         self._faults = fault_flags(fusion.ekf.faults)
+        self._masks = 0, mask(self._faults)
         self._flag_changes = self._fault_changes = self._event_changes = 0
         self._biases: tuple[Vector3, Vector3, Vector3] = (NAN3, NAN3, NAN3)
         self._gps_sample_us = self._steps = 0
@@ -87,7 +91,8 @@ class Records:
         """After a step of the filter."""
         ekf, fusion = self._ekf, self._fusion
         self._steps += 1
-        if self._steps & 1:
+        logged = self.logged
+        if self._steps & 1 and not logged:
             return  # no sensor has two samples in two steps
         self._aid_sources(now_us)
         if ekf.events:
@@ -96,17 +101,21 @@ class Records:
         if sample is not None and sample.time_us != self._gps_sample_us:
             self._gps_sample_us = sample.time_us
             self._gps_status(now_us)
-        if now_us < self._often_us:
+        often = now_us >= self._often_us
+        if not (often or logged):
             return
-        self._often_us = now_us + OFTEN_US
         topics = self._topics
         flags, faults = control_flags(ekf.flags), fault_flags(ekf.faults)
-        self._status(now_us, mask(flags), mask(faults))
+        if (flags, faults) != (self._flags, self._faults):
+            self._masks = mask(flags), mask(faults)
+        self._status(now_us, *self._masks)
         self._status_flags(now_us, flags, faults)
-        self._look_at_biases(now_us)
+        if often:
+            self._often_us = now_us + OFTEN_US
+            self._look_at_biases(now_us)
+            self._publication.wind(now_us)
         self._sensor_bias(now_us)
-        self._publication.wind(now_us)
-        if now_us >= self._half_us:
+        if logged or now_us >= self._half_us:
             self._half_us = now_us + HALF_US
             topics.estimator_states = _states(ekf, now_us)
             self._innovations(now_us)
@@ -189,7 +198,7 @@ class Records:
             checks.drift_horizontal_m_s, checks.drift_vertical_m_s, checks.speed_horizontal_m_s,
         )  # fmt: skip
 
-    # --- ten times a second --------------------------------------------------------------------------------
+    # --- each step, or ten times a second --------------------------------------------------------------------
 
     def _status(self, now_us: int, flags: int, faults: int) -> None:
         ekf, fusion = self._ekf, self._fusion
@@ -224,10 +233,32 @@ class Records:
         )
 
     def _innovations(self, now_us: int) -> None:
-        topics, fusion, horizon_us = self._topics, self._fusion, self._ekf.time_us
-        topics.estimator_innovations = _innovations(fusion, now_us, horizon_us, "innovation")
-        topics.estimator_innovation_variances = _innovations(fusion, now_us, horizon_us, "innovation_variance")
-        topics.estimator_innovation_test_ratios = _innovations(fusion, now_us, horizon_us, "test_ratio")
+        topics, fusion, horizon_us, flags = self._topics, self._fusion, self._ekf.time_us, self._ekf.flags
+        gnss, vision, magnetometer = fusion.gnss, fusion.vision, fusion.magnetometer
+        vel, pos, height, baro, ranged = gnss.vel, gnss.pos, fusion.gnss_height.aid, fusion.baro.aid, fusion.range.aid
+        ev_vel, ev_pos, ev_height, ev_yaw = vision.vel.aid, vision.pos.aid, vision.height.aid, vision.yaw.aid
+        flow, mag, gravity, drag = fusion.flow.aid, magnetometer.aid, fusion.gravity.aid, fusion.drag.aid
+        consistency, by_mag = fusion.range.sensor.consistency, flags.mag_hdg or flags.mag_3d
+        topics.estimator_innovations = _innovations(
+            now_us, horizon_us, vel.innovation, pos.innovation, height.innovation, ev_vel.innovation,
+            ev_pos.innovation, ev_height.innovation, ranged.innovation, baro.innovation, flow.innovation,
+            _heading(flags, ev_yaw.innovation, max(mag.innovation) if by_mag else magnetometer.heading_innovation),
+            mag.innovation, gravity.innovation, drag.innovation, consistency.innovation,
+        )  # fmt: skip
+        topics.estimator_innovation_variances = _innovations(
+            now_us, horizon_us, vel.innovation_variance, pos.innovation_variance, height.innovation_variance,
+            ev_vel.innovation_variance, ev_pos.innovation_variance, ev_height.innovation_variance,
+            ranged.innovation_variance, baro.innovation_variance, flow.innovation_variance,
+            _heading(flags, ev_yaw.innovation_variance, max(mag.innovation_variance) if by_mag else 0.0),
+            mag.innovation_variance, gravity.innovation_variance, drag.innovation_variance,
+            consistency.innovation_variance,
+        )  # fmt: skip
+        topics.estimator_innovation_test_ratios = _innovations(
+            now_us, horizon_us, vel.test_ratio, pos.test_ratio, height.test_ratio, ev_vel.test_ratio,
+            ev_pos.test_ratio, ev_height.test_ratio, ranged.test_ratio, baro.test_ratio, flow.test_ratio,
+            _heading(flags, ev_yaw.test_ratio, max(mag.test_ratio) if by_mag else 0.0),
+            mag.test_ratio, gravity.test_ratio, drag.test_ratio, consistency.test_ratio_filtered,
+        )  # fmt: skip
 
     def _look_at_biases(self, now_us: int) -> None:
         """Which biases are stable, as EKF2.cpp's UpdateGyroCalibration and its likes see it."""
@@ -317,32 +348,34 @@ def _fusion_control(fusion: Fusion, now_us: int) -> EstimatorFusionControl:
     )
 
 
-def _innovations(fusion: Fusion, now_us: int, horizon_us: int, what: str) -> EstimatorInnovations:
-    def told(aid: AidSource) -> list[float]:
-        values: list[float] = getattr(aid, what)
-        return values
+def _heading(flags: ControlStatus, ev_yaw: list[float], by_mag: float) -> float:
+    return ev_yaw[0] if flags.ev_yaw else by_mag
 
-    vision, magnetometer, flags = fusion.vision, fusion.magnetometer, fusion.ekf.flags
-    gps, ev, mag = told(fusion.gnss.vel), told(vision.vel.aid), told(magnetometer.aid)
-    consistency = fusion.range.sensor.consistency
-    heading = max(mag) if flags.mag_hdg or flags.mag_3d else 0.0
-    if what == "innovation" and not (flags.mag_hdg or flags.mag_3d):
-        heading = magnetometer.heading_innovation
-    if flags.ev_yaw:
-        heading = told(vision.yaw.aid)[0]
-    rates = {
-        "innovation": consistency.innovation,
-        "innovation_variance": consistency.innovation_variance,
-        "test_ratio": consistency.test_ratio_filtered,
-    }
-    gps_pos, ev_pos = told(fusion.gnss.pos), told(vision.pos.aid)
-    flow, drag, gravity = told(fusion.flow.aid), told(fusion.drag.aid), told(fusion.gravity.aid)
-    hagl = told(fusion.range.aid)[0]
+
+def _innovations(
+    now_us: int,
+    horizon_us: int,
+    gps: list[float],
+    gps_pos: list[float],
+    gps_height: list[float],
+    ev: list[float],
+    ev_pos: list[float],
+    ev_height: list[float],
+    hagl: list[float],
+    baro: list[float],
+    flow: list[float],
+    heading: float,
+    mag: list[float],
+    gravity: list[float],
+    drag: list[float],
+    hagl_rate: float,
+) -> EstimatorInnovations:
+    """Of each aid its innovations, their variances, or their test ratios."""
     return EstimatorInnovations(
-        now_us, horizon_us, (gps[0], gps[1]), gps[2], (gps_pos[0], gps_pos[1]), told(fusion.gnss_height.aid)[0],
-        (ev[0], ev[1]), ev[2], (ev_pos[0], ev_pos[1]), told(vision.height.aid)[0], hagl, told(fusion.baro.aid)[0],
-        (0.0, 0.0), (flow[0], flow[1]), heading, (mag[0], mag[1], mag[2]), (gravity[0], gravity[1], gravity[2]),
-        (drag[0], drag[1]), 0.0, 0.0, hagl, rates[what],
+        now_us, horizon_us, (gps[0], gps[1]), gps[2], (gps_pos[0], gps_pos[1]), gps_height[0], (ev[0], ev[1]), ev[2],
+        (ev_pos[0], ev_pos[1]), ev_height[0], hagl[0], baro[0], (0.0, 0.0), (flow[0], flow[1]), heading,
+        (mag[0], mag[1], mag[2]), (gravity[0], gravity[1], gravity[2]), (drag[0], drag[1]), 0.0, 0.0, hagl[0],
+        hagl_rate,
     )  # fmt: skip
 
 

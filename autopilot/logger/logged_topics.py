@@ -14,8 +14,8 @@ second."""
 TRUTH = "groundtruth"
 ROVER = "rover_ackermann"
 ESTIMATOR_MS = 10
-"""So often PX4's simulation logs whatever the estimator tells, at most; ours tells what changes at every step of its
-own ten times a second (`estimator/records.py`). Attitude and places are logged as often as they are told."""
+"""So often PX4's simulation logs what the estimator tells of itself, at most. Attitude, places and its yaw by GNSS are
+logged as often as they are told."""
 
 
 class LoggedTopic(NamedTuple):
@@ -64,7 +64,10 @@ COMMON = (
     LoggedTopic("vehicle_angular_velocity", 10, estimator.vehicle_angular_velocity),
     LoggedTopic("vehicle_local_position", 0, estimator.vehicle_local_position),
     LoggedTopic("vehicle_global_position", 0, estimator.vehicle_global_position),
-    *(LoggedTopic(name, ESTIMATOR_MS, row) for name, row in estimator.OWN_NAMES.items()),
+    *(
+        LoggedTopic(name, 0 if name == "yaw_estimator_status" else ESTIMATOR_MS, row)
+        for name, row in estimator.OWN_NAMES.items()
+    ),
     LoggedTopic("wind", 1000, estimator.wind),
     LoggedTopic("vehicle_land_detected", SLOW_STATE_MS, estimator.vehicle_land_detected, state=True),
     LoggedTopic("vehicle_control_mode", STATE_MS, commander.vehicle_control_mode, "vehicle_status", state=True),

@@ -126,7 +126,7 @@ class Logger:
             self._begin_or_end(now_us)
             if self.file is not None and now_us - self._topics.logger_status.timestamp >= STATUS_EVERY_US:
                 self._topics.logger_status = LoggerStatus(now_us, True)
-            if self.file is not None or self.stream is not None:
+            if self.is_logging:
                 self._look(now_us)
             else:
                 self._every_tick = ()
@@ -230,6 +230,11 @@ class Logger:
 
     def _say(self, severity: Severity, text: str, event: str = "", *arguments: float) -> None:
         self._texts.say(severity, text, event, *arguments, module="logger")
+
+    @property
+    def is_logging(self) -> bool:
+        """Whether anything is written or streamed."""
+        return self.file is not None or self.stream is not None
 
     # --- streaming -----------------------------------------------------------------------------------------
 

@@ -362,6 +362,13 @@ def flown(model: str, root: Path, seconds: float) -> Path:
     return root / "log" / autopilot.logger.files[0]
 
 
+ESTIMATOR_HZ = {
+    **dict.fromkeys(("estimator_status", "estimator_states", "estimator_fusion_control"), 100.0),
+    **dict.fromkeys((f"estimator_innovation{what}" for what in ("s", "_variances", "_test_ratios")), 100.0),
+}
+"""As in the logs of PX4's simulation (SIH)."""
+
+
 @pytest.mark.parametrize("model", ["sihsim_hex", "sihsim_rover_ackermann"])
 def test_same_seed_same_log_and_px4s_tools_read_it(tmp_path: Path, model: str) -> None:
     log, again = (flown(model, tmp_path / name, 4.0) for name in ("a", "b"))
@@ -374,6 +381,9 @@ def test_same_seed_same_log_and_px4s_tools_read_it(tmp_path: Path, model: str) -
     assert abs(read.get_dataset("vehicle_attitude").data["roll"][-1]) < 0.1
     for topic, interval_us in (("vehicle_attitude", 4_000), ("vehicle_local_position", 8_000)):
         assert np.median(np.diff(read.get_dataset(topic).data["timestamp"])) == interval_us, "each that is told"
+    for topic, hz in ESTIMATOR_HZ.items():
+        times_us = read.get_dataset(topic).data["timestamp"]
+        assert (len(times_us) - 1) / (times_us[-1] - times_us[0]) * 1e6 == pytest.approx(hz, rel=0.02), topic
     convert_ulog2csv(str(log), "vehicle_attitude,vehicle_local_position,battery_status", str(tmp_path), ",", None, None)
     assert len(list(tmp_path.glob("*.csv"))) == 3
 
