@@ -333,7 +333,7 @@ def detect(
         str,
         typer.Option(
             metavar="NAME|FILE",
-            help="The network: one that comes with the package (field), or an .onnx file of tools/detector.",
+            help="The network: one that comes with the package (field, disaster), or an .onnx file of tools/detector.",
         ),
     ],
     score: Annotated[float, typer.Option(min=0.01, max=1.0, metavar="S", help="From which finds are shown.")] = 0.25,

@@ -69,8 +69,8 @@ def serve(
 ) -> None:
     """Serve the simulator alone, on TCP 4560+instance, to any autopilot (a real PX4, say), until Ctrl-C.
 
-    It starts when every vehicle's autopilot has connected, and ends when one leaves. Our own autopilot connects too:
-    `python -P -m sitl_emu.autopilot --help`.
+    It starts when every vehicle's autopilot has connected, and ends when one leaves, or all were shut down. Our own
+    autopilot connects too: `python -P -m sitl_emu.autopilot --help`.
     """
     if not vehicle:
         refuse(f"world {name}: name at least one vehicle in it: --vehicle iris")

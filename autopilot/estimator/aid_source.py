@@ -97,7 +97,11 @@ class AidSource:
 
     def largest_ratio(self, axes: int = 3) -> float:
         """Largest filtered test ratio of the first `axes`, without its sign."""
-        return max(map(abs, self.test_ratio_filtered[:axes]))
+        ratios = self.test_ratio_filtered
+        largest = abs(ratios[0])
+        for axis in range(1, min(axes, len(ratios))):
+            largest = max(largest, abs(ratios[axis]))
+        return largest
 
 
 def _toward(old: float, new: float, alpha: float) -> float:

@@ -284,12 +284,15 @@ class Records:
 
     def _sensor_bias(self, now_us: int) -> None:
         state = self._ekf.state
-        biases = (state.gyro_bias, state.accel_bias, state.mag_b)
-        if now_us < self._bias_us and all(
-            math.dist(new, old) <= BIAS_CHANGE for new, old in zip(biases, self._biases, strict=True)
-        ):
-            return
-        self._bias_us, self._biases = now_us + SELDOM_US, biases
+        if now_us < self._bias_us:
+            gyro_told, accel_told, mag_told = self._biases
+            if (
+                math.dist(state.gyro_bias, gyro_told) <= BIAS_CHANGE
+                and math.dist(state.accel_bias, accel_told) <= BIAS_CHANGE
+                and math.dist(state.mag_b, mag_told) <= BIAS_CHANGE
+            ):
+                return
+        self._bias_us, self._biases = now_us + SELDOM_US, (state.gyro_bias, state.accel_bias, state.mag_b)
         gyro, accel, mag = self._stable
         self._topics.estimator_sensor_bias = _sensor_bias(self._ekf, now_us, (gyro.stable, accel.stable, mag.stable))
 

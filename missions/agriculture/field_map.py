@@ -18,10 +18,8 @@ Places are worked with in metres along the rows and across them, to the right: (
 midway between two rows, or as far outside the outermost ones: what a rover drives on.
 """
 
-import json
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard
 
 from sitl_emu.gcs.geodesy import from_metres, to_metres
@@ -120,7 +118,7 @@ def _turned(north_m: float, east_m: float, heading_deg: float) -> tuple[float, f
 
 def of(given: Options) -> FieldMap | None:
     """The map of a program's option `field_map`, None without one. Raises ValueError."""
-    told = _told(given.mapping(NAME))
+    told = given.content(NAME)
     return None if told is None else read(told)
 
 
@@ -128,25 +126,13 @@ def with_world(options: dict[str, Any], setting: Setting) -> dict[str, Any]:
     """The options, origin and outline of a `field_map` that lacks them being the world's. Raises ValueError."""
     if options.get(NAME) is None:
         return options
-    told = _told(Options({NAME: options[NAME]}).mapping(NAME)) or {}
+    told = Options({NAME: options[NAME]}).content(NAME) or {}
     if "outline_m" not in told and not setting.outline_m:
         raise ValueError(f"option {NAME}: outline_m: missing, and world {setting.world} has no field; give its corners")
     world = {"origin": list(setting.home[:2]), "outline_m": [list(corner) for corner in setting.outline_m]}
     whole = {**world, **told}
     read(whole)
     return {**options, NAME: whole}
-
-
-def _told(value: Mapping[str, Any] | str | None) -> Mapping[str, Any] | None:
-    if not isinstance(value, str):
-        return value
-    try:
-        told = json.loads(Path(value).read_text())
-    except (OSError, ValueError) as error:
-        raise ValueError(f"option {NAME}: {value!r}: can't be read as a JSON file: {error}") from None
-    if not isinstance(told, dict):
-        raise ValueError(f"option {NAME}: {value!r}; allowed: a JSON file with a mapping")
-    return told
 
 
 def read(told: Mapping[str, Any]) -> FieldMap:

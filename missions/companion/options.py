@@ -1,5 +1,6 @@
 """Options of a mission, from a scenario file or a command line: typed, and unknown ones told."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,26 @@ class Options:
         if value is not None and not isinstance(value, dict | str):
             raise ValueError(f"option {name}: {value!r}; allowed: a mapping, or the name of a file with one")
         return value
+
+    def content(self, name: str) -> dict[str, Any] | None:
+        """A mapping, or that of a JSON file which is named; None if it is not given."""
+        value = self.mapping(name)
+        if not isinstance(value, str):
+            return value
+        try:
+            told = json.loads(Path(value).read_text())
+        except (OSError, ValueError) as error:
+            raise ValueError(f"option {name}: {value!r}: can't be read as a JSON file: {error}") from None
+        if not isinstance(told, dict):
+            raise ValueError(f"option {name}: {value!r}; allowed: a JSON file with a mapping")
+        return told
+
+    def yes_or_no(self, name: str, default: bool) -> bool:
+        """Yes or no, or what YAML makes of these words where they are not quoted."""
+        value = self._take(name, default)
+        if value not in (True, False, "yes", "no"):
+            raise ValueError(f"option {name}: {value!r}; allowed: yes, no")
+        return value in (True, "yes")
 
     def text(self, name: str, default: str | None = None) -> str:
         """A text; without a default it has to be there."""

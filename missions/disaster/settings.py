@@ -75,9 +75,9 @@ class Settings(NamedTuple):
 
 def settings_of(given: Options) -> Settings:
     """From a scenario's options, or a command line's. Raises ValueError."""
-    corners, holes = _area(given.mapping("area"))
+    corners, holes = _area(given.content("area"))
     camera, mount = calibration.of(given, NADIR)
-    carries = _word(given, "parcel", ("yes", "no")) == "yes"
+    carries = given.yes_or_no("parcel", True)
     parcel = Parcel(
         given.number("parcel_mass_kg", 2.0, 0.05, 10.0),
         given.number("parcel_drag_m2", 0.045, 0.0, 1.0),
@@ -136,10 +136,12 @@ def _word(given: Options, name: str, allowed: tuple[str, ...]) -> str:
     return word
 
 
-def _area(area: Mapping[str, Any] | str | None) -> tuple[tuple[Corner, ...], tuple[tuple[Corner, ...], ...]]:
+def _area(area: Mapping[str, Any] | None) -> tuple[tuple[Corner, ...], tuple[tuple[Corner, ...], ...]]:
     """Corners and holes of the option. Raises ValueError."""
-    allowed = "{corners: [[lat, lon], …], holes: […]} in degrees; in a simulated run also `world`"
-    if not isinstance(area, Mapping) or set(area) - {"corners", "holes"} or "corners" not in area:
+    allowed = (
+        "{corners: [[lat, lon], …], holes: […]} in degrees, or a JSON file with it; in a simulated run also `world`"
+    )
+    if area is None or set(area) - {"corners", "holes"} or "corners" not in area:
         raise ValueError(f"option area: {'missing' if area is None else repr(area)}; allowed: {allowed}")
     try:
         corners, *holes = (

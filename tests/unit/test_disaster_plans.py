@@ -1,9 +1,11 @@
 """What of the disaster mission's options follows the world."""
 
+import json
 from pathlib import Path
 
 import pytest
 
+from sitl_emu.missions.companion.main import options_of, parse
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.disaster.mission import _prepare
 from sitl_emu.missions.disaster.plans import briefed, in_degrees
@@ -52,3 +54,39 @@ def test_an_area_follows_the_world_and_comes_in_degrees() -> None:
     assert north == pytest.approx(47.0) and east == pytest.approx(8.0 + 50.0 / 75_900.0, abs=1e-5)
     with pytest.raises(ValueError, match="has no outline"):
         in_degrees({"area": "world"}, setting("flat")._replace(outline_m=[]))
+
+
+def test_on_an_aircraft_an_area_is_a_file_on_the_command_line(tmp_path: Path) -> None:
+    corners = [[47.0, 8.0], [47.001, 8.0], [47.001, 8.001]]
+    file = tmp_path / "area.json"
+    file.write_text(json.dumps({"corners": corners}))
+    words = ["--mission", "disaster", "--connect", "udpin:127.0.0.1:14540", "--option", f"area={file}"]
+    given = options_of(parse([*words, "--option", "parcel=no"]))
+    made = settings_of(Options({**given, "detector": "colour"}))
+    assert [list(corner) for corner in made.corners_deg] == corners and made.parcel is None
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (None, "option area: .*: can't be read as a JSON file: .*No such file"),
+        ("{", "option area: .*: can't be read as a JSON file"),
+        ("[]", "option area: .*; allowed: a JSON file with a mapping"),
+        ('{"corner": []}', "option area: .*; allowed: {corners: "),
+    ],
+)
+def test_a_file_that_holds_no_area_is_told(tmp_path: Path, text: str | None, said: str) -> None:
+    file = tmp_path / "area.json"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(ValueError, match=said):
+        settings_of(Options({"area": str(file), "detector": "colour"}))
+
+
+@pytest.mark.parametrize(("value", "carries"), [("yes", True), (True, True), ("no", False), (False, False)])
+def test_yaml_makes_no_of_no(value: object, carries: bool) -> None:
+    area = in_degrees({"area": "world"}, setting("flat"))["area"]
+    made = settings_of(Options({"area": area, "detector": "colour", "parcel": value}))
+    assert (made.parcel is not None) == carries
+    with pytest.raises(ValueError, match="option parcel: 'maybe'; allowed: yes, no"):
+        settings_of(Options({"area": area, "detector": "colour", "parcel": "maybe"}))
