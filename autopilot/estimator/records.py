@@ -38,6 +38,8 @@ HALF_US: Final = 500_000
 SELDOM_US: Final = 1_000_000
 LEAST_PREFLIGHT_RATIO: Final = 0.5
 BIAS_CHANGE: Final = 1e-3
+HEIGHT_BIAS_CHANGE_M: Final = 1e-6
+"""Biases that have changed by less are not told again."""
 VALID_VARIANCE: Final = 0.1
 MAG_VARIANCE: Final = 0.02
 MAG_BIAS_LIMIT_GA: Final = 0.5
@@ -136,9 +138,9 @@ class Records:
         fusion, topics, new = self._fusion, self._topics, self._new
         if new(0, fusion.baro.aid):
             topics.estimator_aid_src_baro_hgt = record_1d(fusion.baro.aid, now_us, BARO_DEVICE)
-            topics.estimator_baro_bias = _bias(
-                self._ekf.baro_bias.status, now_us, fusion.baro.aid.timestamp_sample, BARO_DEVICE
-            )
+            status = self._ekf.baro_bias.status
+            if abs(status.bias - topics.estimator_baro_bias.bias) > HEIGHT_BIAS_CHANGE_M:
+                topics.estimator_baro_bias = _bias(status, now_us, fusion.baro.aid.timestamp_sample, BARO_DEVICE)
         if new(1, fusion.magnetometer.aid):
             topics.estimator_aid_src_mag = record_3d(fusion.magnetometer.aid, now_us, MAG_DEVICE)
         if new(2, fusion.range.aid):
@@ -148,9 +150,9 @@ class Records:
             topics.estimator_aid_src_gnss_vel = record_3d(fusion.gnss.vel, now_us)
         if new(4, fusion.gnss_height.aid):
             topics.estimator_aid_src_gnss_hgt = record_1d(fusion.gnss_height.aid, now_us)
-            topics.estimator_gnss_hgt_bias = _bias(
-                self._ekf.gnss_hgt_bias.status, now_us, fusion.gnss_height.aid.timestamp_sample, 0
-            )
+            status = self._ekf.gnss_hgt_bias.status
+            if abs(status.bias - topics.estimator_gnss_hgt_bias.bias) > HEIGHT_BIAS_CHANGE_M:
+                topics.estimator_gnss_hgt_bias = _bias(status, now_us, fusion.gnss_height.aid.timestamp_sample, 0)
         if new(5, fusion.gravity.aid):
             topics.estimator_aid_src_gravity = record_3d(fusion.gravity.aid, now_us)
         if new(6, fusion.fake_position.aid):
