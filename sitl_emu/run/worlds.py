@@ -2,10 +2,11 @@
 
 import dataclasses
 import json
+import os.path
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import unquote
 
 from sitl_emu import vehicles
@@ -14,15 +15,19 @@ from sitl_emu.run.trouble import Trouble
 from sitl_emu.world import description, kinds, sdf
 from sitl_emu.world.camera import OtherVehicle, Pose
 from sitl_emu.world.conditions import Changes
+from sitl_emu.world.description import checks
 from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.world import World
 
 KEPT_AS = "world.yaml"
+OUTSIDE = "outside"
+"""Beside it: the files that a Gazebo world names elsewhere, each where it lies from the root."""
 SUFFIXES = (".yaml", ".yml", *sdf.SUFFIXES)
 UNCHANGED = Changes()
 THINGS = "things"
 """The option that every kind without a painter has: things that stand or lie in it beside its own."""
 MOST_LINES = 20
+Body = TypeVar("Body", bound=description.Solid)
 
 
 class WorldError(Trouble):
@@ -64,7 +69,10 @@ def build(
         if changes.light is not None:
             light = dataclasses.replace(described.light, **changes.light.given)
             described = dataclasses.replace(described, light=light)
-        return World(described, folder, made.terrain, is_met)
+        world = World(described, folder, made.terrain, is_met)
+        if is_met:
+            _files(world)
+        return world
     except description.WorldError as error:
         raise WorldError(str(error)) from None
 
@@ -80,27 +88,33 @@ def not_read(world: World) -> list[str]:
 
 
 def keep(world: World, folder: Path) -> Path:
-    """Write a world file, and what it names, into a folder; the file. Raises OSError."""
-    named = [world.description.ground.orthophoto, world.description.terrain.file]
-    shaped = (*world.description.solids, *world.description.loose)
-    for mesh in (solid.mesh for solid in shaped if solid.mesh is not None):
-        named += [mesh.file, *_named_by(world.folder, mesh.file)]
-    for name in filter(None, named):
-        kept = folder / name
-        if kept.exists():
-            continue
+    """Write a world file, and what it names, into a folder, in place of what it has of that; the file.
+
+    Raises OSError.
+    """
+    for name in _files(world):
+        source, kept = world.folder / name, folder / _kept_name(name)
         kept.parent.mkdir(parents=True, exist_ok=True)
-        if (world.folder / name).is_file():
-            shutil.copyfile(world.folder / name, kept)
-        else:
+        if world.is_generated and name == world.description.terrain.file:
             world.write_terrain(kept)
+        elif not (kept.exists() and kept.samefile(source)):
+            shutil.copyfile(source, kept)
     path = folder / KEPT_AS
-    description.save(world.description, path)
+    description.save(_renamed(world.description), path)
     return path
 
 
+def _files(world: World) -> list[str]:
+    """What a world names, and what that names. Raises description.WorldError."""
+    described = world.description
+    named = [described.ground.orthophoto, described.terrain.file]
+    for mesh in (solid.mesh for solid in (*described.solids, *described.loose) if solid.mesh is not None):
+        named += [mesh.file, *_named_by(world.folder, mesh.file)]
+    return list(dict.fromkeys(filter(None, named)))
+
+
 def _named_by(folder: Path, mesh: str) -> list[str]:
-    """What else a mesh file reads: the buffers and pictures of a .gltf, which lie beside it."""
+    """What else a mesh file reads: the buffers and pictures of a .gltf. Raises description.WorldError."""
     path = folder / mesh
     if path.suffix.lower() != ".gltf" or not path.is_file():
         return []
@@ -108,7 +122,28 @@ def _named_by(folder: Path, mesh: str) -> list[str]:
     parts = [*described.get("buffers", ()), *described.get("images", ())]
     uris = [unquote(part["uri"]) for part in parts if not part.get("uri", "data:").startswith("data:")]
     beside = Path(mesh).parent
-    return [str(beside / uri) for uri in uris if (folder / beside / uri).is_file()]
+    named = [os.path.normpath(beside / uri) for uri in uris if (folder / beside / uri).is_file()]
+    for name in named:
+        if not beside.is_absolute() and not checks.is_beside(name):
+            raise description.WorldError(f"mesh file {path}: uri = {name!r}: {checks.MUST_BE_BESIDE}")
+    return named
+
+
+def _kept_name(name: str) -> str:
+    return str(Path(OUTSIDE, *Path(name).parts[1:])) if Path(name).is_absolute() else name
+
+
+def _renamed(described: description.WorldDescription) -> description.WorldDescription:
+    """With the names of files by which `keep` keeps them."""
+    terrain = dataclasses.replace(described.terrain, file=_kept_name(described.terrain.file))
+    solids, loose = tuple(map(_mesh_renamed, described.solids)), tuple(map(_mesh_renamed, described.loose))
+    return dataclasses.replace(described, terrain=terrain, solids=solids, loose=loose)
+
+
+def _mesh_renamed(solid: Body) -> Body:
+    if solid.mesh is None:
+        return solid
+    return dataclasses.replace(solid, mesh=dataclasses.replace(solid.mesh, file=_kept_name(solid.mesh.file)))
 
 
 def expect_parcels(world: World) -> None:

@@ -44,6 +44,8 @@ class World:
         origin = description.origin
         self.home = Home(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m, 0.0)
         """The world's origin; its heading is of no meaning."""
+        self.is_generated = terrain is not None
+        """Whether `terrain.file` is to hold the heights of `terrain`, rather than they were read from it."""
         self.terrain: ground.Terrain = terrain if terrain is not None else _terrain(description, folder)
         self.areas: WaterAndFoliage | None = None
         """Its water and foliage."""

@@ -1,5 +1,6 @@
 """World files: what they hold comes back, what is wrong in them is told, and all that a world is asked follows."""
 
+import json
 import math
 import shutil
 import struct
@@ -101,6 +102,13 @@ def test_what_is_kept_is_what_was_read(tmp_path: Path, yard: World) -> None:
         (("smoke: {}", "smoke: {density: 1}"), "fires[0]: smoke: unknown field 'density' = 1; allowed are: height_m"),
         (("kind: canopy", "kind: wood"), "cover[0]: kind = 'wood'; allowed are: grass, crop, canopy"),
         (("base_m: 3", "base_m: 10"), "cover[0]: base_m = 10 must be below height_m"),
+        (("name: yard", "name: yard\nterrain: {file: ../hills.npy}"), "terrain.file = '../hills.npy': must lie in the"),
+        (("name: yard", "name: yard\nterrain: {file: /tmp/h.npy}"), "terrain.file = '/tmp/h.npy': must lie in the"),
+        (
+            ("use: grass", "orthophoto: a/../../a.png"),
+            "ground.orthophoto = 'a/../../a.png': must lie in the world file",
+        ),
+        (("box: {size_m: [8, 12, 5]}", "mesh: {file: ../a.obj}"), "solids[0].mesh.file = '../a.obj': must lie in the"),
         (("use: asphalt", "use: tar"), "ground: land[0]: use = 'tar'; allowed are: grass, soil, asphalt"),
     ],
 )
@@ -172,6 +180,34 @@ def test_a_kept_world_has_what_its_meshes_read(tmp_path: Path) -> None:
     shutil.rmtree(tmp_path / "parts")
     again = worlds.kept(str(kept))
     assert again.solids is not None and list(again.solids.names.values()) == ["box"]
+
+
+def test_a_mesh_whose_picture_lies_elsewhere_is_refused(tmp_path: Path) -> None:
+    """The buffers trimesh itself refuses."""
+    folder = tmp_path / "worlds"
+    (folder / "parts").mkdir(parents=True)
+    files = trimesh.creation.box((2.0, 3.0, 4.0)).export(file_type="gltf")
+    for name, data in files.items():
+        (folder / "parts" / name).write_bytes(data)
+    for place in (folder, tmp_path):
+        (place / "brick.png").write_bytes(b"")
+    mesh = {"name": "box", "north_m": 5, "east_m": 0, "mesh": {"file": "parts/model.gltf"}}
+    (folder / "w.yaml").write_text(json.dumps({"name": "w", "solids": [mesh]}))
+    gltf = json.loads(files["model.gltf"])
+    (folder / "parts" / "model.gltf").write_text(json.dumps(gltf | {"images": [{"uri": "../brick.png"}]}))
+    worlds.keep(worlds.build(str(folder / "w.yaml"), 1, {}), tmp_path / "run")
+    assert (tmp_path / "run" / "brick.png").is_file(), "below the world file's folder, if not beside the mesh"
+    (folder / "parts" / "model.gltf").write_text(json.dumps(gltf | {"images": [{"uri": "../../brick.png"}]}))
+    with pytest.raises(
+        worlds.WorldError, match=r"model.gltf: uri = '../brick.png': must lie in the world file's folder"
+    ):
+        worlds.build(str(folder / "w.yaml"), 1, {})
+
+
+def test_what_a_folder_has_of_another_world_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "terrain.npy").write_bytes(b"another's")
+    world = worlds.build("debris_field", 2, {"rubble": 1, "ruins": 1, "persons": 0})
+    assert worlds.kept(str(worlds.keep(world, tmp_path))).ground(31.7, 12.3) == world.ground(31.7, 12.3)
 
 
 def test_a_generated_world_is_kept_with_its_terrain(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Gazebo worlds: what stands is where Gazebo has it, all else is listed, and hostile XML is refused."""
 
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -145,13 +146,18 @@ def test_meshes_and_included_models(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (house / "new.sdf").write_text(f"<sdf version='1.9'>{model(mesh, '9 9 9 0 0 0', 'hut')}</sdf>")
     monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(tmp_path / "elsewhere"))
     body = "<include><uri>model://hut</uri><name>first</name><pose>5 6 0 0 0 1.5707963268</pose></include>"
-    world = worlds.build(str(sdf(tmp_path, PLANE + body)), 1, {})
+    (tmp_path / "worlds").mkdir()
+    world = worlds.build(str(sdf(tmp_path / "worlds", PLANE + body)), 1, {})
     (solid,) = world.description.solids
     assert solid.mesh is not None and solid.mesh.scale == 2.0 and solid.name == "first::link::v"
     assert (solid.north_m, solid.east_m, solid.heading_deg) == (6.0, 5.0, 0.0)
     # Its x points north: the wedge is 4 m long to the north, 2 m wide to the west, 6 m high
     hits = world.raycast(np.array([(6.4, 4.9, -20.0)]), np.array([(0.0, 0.0, 1.0)]), 0.0, 50.0)
     assert hits.range_m[0] == pytest.approx(20.0 - 6.0 * (1.0 - 0.4 / 4.0 - 0.1 / 2.0), abs=0.01)
+    kept = worlds.keep(world, tmp_path / "run")
+    shutil.rmtree(house)
+    (again,) = worlds.kept(str(kept)).description.solids
+    assert again.mesh is not None and again.mesh.file.startswith("outside/") and again.name == solid.name
 
 
 def test_gltf_stands_upright_and_looks_as_in_gazebo(tmp_path: Path) -> None:

@@ -185,9 +185,16 @@ def load(path: Path) -> WorldDescription:
     if not isinstance(data, Mapping):
         fields = ", ".join(field.name for field in dataclasses.fields(WorldDescription))
         raise WorldError(f"{path}: a world is a mapping with the fields {fields}")
-    if "sdf" in data:
-        data = sdf.joined(data, path)
-    return read(data, str(path))
+    described = read(sdf.joined(data, path) if "sdf" in data else data, str(path))
+    checks.check_files(_own(data, described, str(path)), str(path))
+    return described
+
+
+def _own(data: Mapping[str, Any], described: WorldDescription, where: str) -> WorldDescription:
+    """What a world file itself describes, without the Gazebo world that it may name."""
+    if "sdf" not in data:
+        return described
+    return read({"name": described.name, **{field: data[field] for field in data if field != "sdf"}}, where)
 
 
 def read(data: Mapping[str, Any], where: str) -> WorldDescription:

@@ -1,7 +1,9 @@
 """What a world file may not hold though each of its fields is right by itself; each check raises WorldError."""
 
+import os.path
 import typing
 from collections.abc import Iterator
+from pathlib import Path
 
 from sitl_emu.world import polygons
 from sitl_emu.world.description.bodies import Solid
@@ -9,6 +11,8 @@ from sitl_emu.world.description.common import GROUND, Polygon, WorldError
 
 if typing.TYPE_CHECKING:
     from sitl_emu.world.description import WorldDescription
+
+MUST_BE_BESIDE = "must lie in the world file's folder, or below it; put it there, and name it from there"
 
 
 def check(described: "WorldDescription", where: str) -> None:
@@ -33,6 +37,23 @@ def check(described: "WorldDescription", where: str) -> None:
             raise WorldError(f"{where}: things[{number}].path: at_s must grow from waypoint to waypoint, not {times}")
     if not described.places:
         raise WorldError(f"{where}: places: name at least one, such as home: {{north_m: 0, east_m: 0}}")
+
+
+def check_files(described: "WorldDescription", where: str) -> None:
+    """The files that a world file names lie in its folder: a run keeps them in its own by the same names."""
+    named = {"terrain.file": described.terrain.file, "ground.orthophoto": described.ground.orthophoto}
+    for field in ("solids", "loose"):
+        for number, solid in enumerate(getattr(described, field)):
+            if solid.mesh is not None:
+                named[f"{field}[{number}].mesh.file"] = solid.mesh.file
+    for place, name in named.items():
+        if not is_beside(name):
+            raise WorldError(f"{where}: {place} = {name!r}: {MUST_BE_BESIDE}")
+
+
+def is_beside(name: str) -> bool:
+    """Whether a file's name, as a world file tells it, leads to a place in that one's folder, or below."""
+    return not Path(name).is_absolute() and ".." not in Path(os.path.normpath(name)).parts
 
 
 def check_shape(solid: Solid, where: str) -> None:
