@@ -20,6 +20,7 @@ from sitl_emu.run.scenario import Scenario, find, load, read
 from sitl_emu.run.scenario_parts.world import WorldPart
 from sitl_emu.run.trouble import Trouble, unwritable
 from sitl_emu.run.view import opening
+from sitl_emu.world.description import WorldError
 from sitl_emu.world.world import World
 
 
@@ -101,7 +102,7 @@ def fly(wanted: wiring.Wanted, world: World, console: Console) -> tuple[int, lau
     try:
         flight_logs.show(folder, [vehicle.name for vehicle in scenario.vehicles])
         (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
-        _report(folder, summary, ending.truth, missions, world)
+        _report(folder, summary, ending.truth, missions, world, console)
     except OSError as error:
         raise Trouble("; ".join(filter(None, (str(unwritable(folder, error)), ending.complaint)))) from None
     _tell(console, folder, summary, ending)
@@ -144,10 +145,17 @@ def _report(
     truth: Mapping[str, Any],
     missions: list[Mission],
     world: World,
+    console: Console,
 ) -> None:
     from sitl_emu.run import report
 
-    photo = world.photo()
+    photo = None
+    try:
+        photo = world.photo()
+    except WorldError as error:
+        console.print(
+            f"the report is without the ground's photo: {error}", markup=False, highlight=False, soft_wrap=True
+        )
     if photo is not None:
         ground_picture.write(photo, folder)
     report.write(folder, summary, truth, score.pages(missions, summary), photo, world.ground)

@@ -71,7 +71,7 @@ def build(
             described = dataclasses.replace(described, light=light)
         world = World(described, folder, made.terrain, is_met)
         if is_met:
-            _files(world)
+            _check_files(world)
         return world
     except description.WorldError as error:
         raise WorldError(str(error)) from None
@@ -102,6 +102,19 @@ def keep(world: World, folder: Path) -> Path:
     path = folder / KEPT_AS
     description.save(_renamed(world.description), path)
     return path
+
+
+def _check_files(world: World) -> None:
+    """What World does not read, but cameras, the report and `keep`. Raises description.WorldError."""
+    _files(world)
+    if photo := world.description.ground.orthophoto:
+        import cv2  # slow, for worlds with a photo alone
+
+        path = world.folder / photo
+        if not path.is_file():
+            raise description.WorldError(f"ground.orthophoto: {path}: there is no such file")
+        if not cv2.haveImageReader(str(path)):
+            raise description.WorldError(f"ground.orthophoto: {path}: can't be read as a picture")
 
 
 def _files(world: World) -> list[str]:

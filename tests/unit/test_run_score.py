@@ -1,21 +1,24 @@
 """Scoring: what belongs to which target, what counts as what, and that a run has one outcome, told everywhere alike."""
 
+import io
 import json
 import re
 import tempfile
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rich.console import Console
 
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.missions.agriculture.page import page as agriculture_page
 from sitl_emu.missions.mission import Mission, Program
 from sitl_emu.missions.registry import missions_of
-from sitl_emu.run import report, score
+from sitl_emu.run import report, run_command, score, worlds
 from sitl_emu.run.launcher import Ending
 from sitl_emu.run.messages import Over
 
@@ -287,6 +290,19 @@ def test_a_mission_whose_score_or_page_fails_is_named_and_the_run_keeps_its_summ
     report.write(tmp_path, got, TRUTH, score.pages([*MISSIONS, mission], got))
     page = (tmp_path / "report.html").read_text()
     assert "<h2>Targets</h2>" in page and "<td>garden</td><td>ZeroDivisionError: float division by zero</td>" in page
+
+
+def test_a_ground_that_cannot_be_drawn_is_told_and_the_report_is_written(tmp_path: Path) -> None:
+    write_run(tmp_path, all_is_well())
+    cv2.imwrite(str(tmp_path / "photo.png"), np.zeros((4, 4, 3), np.uint8))
+    (tmp_path / "w.yaml").write_text("name: w\narea_m: [[0, 0], [0, 9], [9, 9]]\nground: {orthophoto: photo.png}\n")
+    world = worlds.build(str(tmp_path / "w.yaml"), 1, {})
+    (tmp_path / "photo.png").unlink()
+    console = Console(file=io.StringIO(), width=80)
+    run_command._report(tmp_path, summary(tmp_path), TRUTH, MISSIONS, world, console)
+    told = console.file.getvalue()  # type: ignore[attr-defined]
+    assert told.startswith("the report is without the ground's photo: ground.orthophoto: ") and told.count("\n") == 1
+    assert (tmp_path / "report.html").is_file()
 
 
 def test_the_report_draws_the_ground_under_each_vehicle(tmp_path: Path) -> None:

@@ -182,6 +182,20 @@ def test_a_kept_world_has_what_its_meshes_read(tmp_path: Path) -> None:
     assert again.solids is not None and list(again.solids.names.values()) == ["box"]
 
 
+@pytest.mark.parametrize("terrain", ["", "terrain: {file: h.npy}\n"])
+def test_a_photo_that_is_none_is_told_before_a_run(tmp_path: Path, terrain: str) -> None:
+    np.save(tmp_path / "h.npy", np.zeros((9, 9)))
+    (tmp_path / "w.yaml").write_text(f"name: w\n{terrain}ground: {{orthophoto: photo.png}}\n")
+    with pytest.raises(worlds.WorldError, match=r"ground.orthophoto: .*photo.png: there is no such file"):
+        worlds.build(str(tmp_path / "w.yaml"), 1, {})
+    (tmp_path / "photo.png").write_bytes(b"no picture")
+    with pytest.raises(worlds.WorldError, match=r"ground.orthophoto: .*photo.png: can't be read as a picture"):
+        worlds.build(str(tmp_path / "w.yaml"), 1, {})
+    cv2.imwrite(str(tmp_path / "photo.png"), np.zeros((4, 4, 3), np.uint8))
+    worlds.keep(worlds.build(str(tmp_path / "w.yaml"), 1, {}), tmp_path / "run")
+    assert (tmp_path / "run" / "photo.png").read_bytes() == (tmp_path / "photo.png").read_bytes()
+
+
 def test_a_mesh_whose_picture_lies_elsewhere_is_refused(tmp_path: Path) -> None:
     """The buffers trimesh itself refuses."""
     folder = tmp_path / "worlds"
