@@ -77,9 +77,16 @@ def records(record: type[Any]) -> st.SearchStrategy[Any]:
             lambda solid, shape: dataclasses.replace(solid, **{type(shape).__name__.lower(): shape}),
             st.builds(record, **given_by), shape,
         )  # fmt: skip
+    triangles = st.builds(
+        lambda at, north, east: (at, (at[0] + north, at[1]), (at[0] + north, at[1] + east)), corners, sides, sides
+    )
     if "polygon_m" in given_by:
-        given_by["polygon_m"] = st.builds(
-            lambda at, north, east: (at, (at[0] + north, at[1]), (at[0] + north, at[1] + east)), corners, sides, sides
+        given_by["polygon_m"] = triangles
+    if "area_m" in given_by:
+        given_by["area_m"] = st.just(()) | triangles
+    if "points_m" in given_by:
+        given_by["points_m"] = st.builds(
+            lambda n, e, u: ((0.0, 0.0, 0.0), (n, 0.0, 0.0), (0.0, e, 0.0), (0.0, 0.0, u)), sides, sides, sides
         )
     if "base_m" in given_by:
         given_by |= {"base_m": st.floats(0.0, 5.0), "height_m": st.floats(5.1, 100.0)}

@@ -102,6 +102,19 @@ def test_what_is_kept_is_what_was_read(tmp_path: Path, yard: World) -> None:
         (("smoke: {}", "smoke: {density: 1}"), "fires[0]: smoke: unknown field 'density' = 1; allowed are: height_m"),
         (("kind: canopy", "kind: wood"), "cover[0]: kind = 'wood'; allowed are: grass, crop, canopy"),
         (("base_m: 3", "base_m: 10"), "cover[0]: base_m = 10 must be below height_m"),
+        ((", [6, 0, 2], [6, 4, 2]]", "]"), "solids[2] 'ramp': hull.points_m: give four points or more, not all in one"),
+        (
+            (", [6, 4, 0], [0, 4, 0], [6, 0, 2], [6, 4, 2]]", "]"),
+            "solids[2] 'ramp': hull.points_m: give four points or",
+        ),
+        (
+            ("[[0, 0, 0], [6, 0, 0], [6, 4, 0], [0, 4, 0], [6, 0, 2], [6, 4, 2]]", "[]"),
+            "hull.points_m: give four points",
+        ),
+        (("[-10, 40], [40, 40], [40, -10]]", "[-10, .inf], [4, 4]]"), "area_m[1][1] = inf is out of range; allowed is"),
+        (("[-10, 40], [40, 40], [40, -10]]", "[-10, 40]]"), "area_m: give three corners or more, which are not all in"),
+        (("[[-10, -10], [-10, 40], [40, 40], [40, -10]]", "[[1, 1]]"), "area_m: give three corners or more, which are"),
+        (("[-10, 40], [40, 40], [40, -10]]", "[0, 0], [9, 9]]"), "area_m: give three corners or more, which are not"),
         (("name: yard", "name: yard\nterrain: {file: ../hills.npy}"), "terrain.file = '../hills.npy': must lie in the"),
         (("name: yard", "name: yard\nterrain: {file: /tmp/h.npy}"), "terrain.file = '/tmp/h.npy': must lie in the"),
         (

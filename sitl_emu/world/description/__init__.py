@@ -36,6 +36,7 @@ from sitl_emu.world.description.bodies import Waypoint as Waypoint
 from sitl_emu.world.description.common import FARTHEST as FARTHEST
 from sitl_emu.world.description.common import GROUND as GROUND
 from sitl_emu.world.description.common import Colour as Colour
+from sitl_emu.world.description.common import Polygon as Polygon
 from sitl_emu.world.description.common import WorldError as WorldError
 
 FORMAT = 1
@@ -151,8 +152,8 @@ class WorldDescription:
     seed: Annotated[int, Limits(0)] = 0
     origin: Origin = Origin()
     places: Mapping[str, Place] = dataclasses.field(default_factory=lambda: {"home": Place(0.0, 0.0)})
-    area_m: tuple[tuple[float, float], ...] = ()
-    """Corners (north, east) of what a mission is about; a map shows it."""
+    area_m: Polygon = ()
+    """What a mission is about; a map shows it."""
     terrain: Terrain = Terrain()
     ground: Ground = Ground()
     solids: tuple[Solid, ...] = ()

@@ -5,6 +5,8 @@ import typing
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from sitl_emu.world import polygons
 from sitl_emu.world.description.bodies import Solid
 from sitl_emu.world.description.common import GROUND, Polygon, WorldError
@@ -12,6 +14,8 @@ from sitl_emu.world.description.common import GROUND, Polygon, WorldError
 if typing.TYPE_CHECKING:
     from sitl_emu.world.description import WorldDescription
 
+FLATTEST = 1e-9
+"""Of a hull, across over along; ours, as `render.model` has it."""
 MUST_BE_BESIDE = "must lie in the world file's folder, or below it; put it there, and name it from there"
 
 
@@ -19,9 +23,13 @@ def check(described: "WorldDescription", where: str) -> None:
     """All of them; `where` names the source in errors."""
     for number, solid in enumerate(described.solids):
         check_shape(solid, f"{where}: solids[{number}]")
+        _check_hull(solid, f"{where}: solids[{number}]")
     for number, loose in enumerate(described.loose):
         check_shape(loose, f"{where}: loose[{number}]")
+        _check_hull(loose, f"{where}: loose[{number}]")
     _names(described, where)
+    if described.area_m and (len(described.area_m) < 3 or polygons.area_m2(described.area_m) == 0.0):
+        raise WorldError(f"{where}: area_m: give three corners or more, which are not all in one line, or none")
     for place, polygon in _polygons(described):
         if not polygons.is_simple(polygon):
             raise WorldError(f"{where}: {place}.polygon_m: give three corners or more, whose sides do not cross")
@@ -61,6 +69,16 @@ def check_shape(solid: Solid, where: str) -> None:
     shapes = [shape for shape in (solid.box, solid.cylinder, solid.hull, solid.mesh) if shape is not None]
     if len(shapes) != 1:
         raise WorldError(f"{where} {solid.name!r}: give one of box, cylinder, hull, mesh")
+
+
+def _check_hull(solid: Solid, where: str) -> None:
+    """Its points span a body, as drawing it demands."""
+    if solid.hull is None:
+        return
+    points = np.array(solid.hull.points_m).reshape(-1, 3)
+    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) >= 4 else np.zeros(3)
+    if sizes[2] <= FLATTEST * sizes[0]:
+        raise WorldError(f"{where} {solid.name!r}: hull.points_m: give four points or more, not all in one plane")
 
 
 def _names(described: "WorldDescription", where: str) -> None:
