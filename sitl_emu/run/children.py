@@ -10,6 +10,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from sitl_emu.run import configs
 from sitl_emu.run.process import EXIT_EXPLAINED
@@ -47,13 +48,16 @@ class Child:
 
 
 def start_process(title: str, module: str, config: configs.ProcessConfig, end: socket.socket, folder: Path) -> Child:
-    """One of ours, `sitl_emu.run.MODULE`, with its end of the control channel; it logs in `folder`."""
+    """One of ours, `sitl_emu.run.MODULE`, with its end of the control channel; it logs in `folder`.
+
+    What it is told is its standard input: an argument holds 128 KiB, and an area of many corners is more.
+    """
     log = folder / "logs" / f"{title.replace(' ', '-')}.log"
-    arguments = [sys.executable, "-P", "-m", f"sitl_emu.run.{module}", str(end.fileno()), configs.written(config)]
-    with log.open("wb") as output:
+    arguments = [sys.executable, "-P", "-m", f"sitl_emu.run.{module}", str(end.fileno())]
+    with log.open("wb") as output, _in_memory(configs.written(config)) as told:
         process = subprocess.Popen(
             arguments,
-            stdin=subprocess.DEVNULL,
+            stdin=told,
             stdout=output,
             stderr=subprocess.STDOUT,
             pass_fds=[end.fileno(), *config.fds],
@@ -61,6 +65,14 @@ def start_process(title: str, module: str, config: configs.ProcessConfig, end: s
             env={**os.environ, **THRIFT},
         )
     return Child(title, process, log)
+
+
+def _in_memory(text: str) -> BinaryIO:
+    """A file without a name, to be read from its beginning."""
+    file = os.fdopen(os.memfd_create("sitl_emu-told"), "w+b")
+    file.write(text.encode())
+    file.seek(0)
+    return file
 
 
 def start_command(

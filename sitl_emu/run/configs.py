@@ -1,4 +1,4 @@
-"""What each process of a run is told at its start: one record per kind of process, JSON on its command line.
+"""What each process of a run is told at its start: one record per kind of process, JSON on its standard input.
 
 The launcher fills them in, `written` and `read` are the two sides of the border. File descriptors are those of sockets
 that the process inherits. What users write freely, a world's and a mission's options, stays the mapping that it is.

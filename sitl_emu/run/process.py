@@ -23,13 +23,13 @@ class StartError(Exception):
 def main(
     run: Callable[[configs.Config, ControlChannel], None], kind: type[configs.Config], other: str = "the world process"
 ) -> NoReturn:
-    """Run a process of a run: `python -m … CONTROL_FD CONFIG`, where CONFIG is a record of `kind`, written as JSON.
+    """Run a process of a run: `python -m … CONTROL_FD`; its standard input is a record of `kind`, written as JSON.
 
     Ctrl-C is the launcher's to hear. When the world process has gone the run is over, and this process ends in peace.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     control = inherited(int(sys.argv[1]), other)
-    config = configs.read(kind, sys.argv[2])
+    config = configs.read(kind, sys.stdin.read())
     try:
         run(config, control)
     except (ProcessLostError, ChannelClosed):

@@ -12,7 +12,8 @@ from rich.console import Console
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.missions import registry
 from sitl_emu.missions.companion.companion import Event, Status
-from sitl_emu.run.children import Child, obituary
+from sitl_emu.run import configs
+from sitl_emu.run.children import Child, obituary, start_process
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import LiveView, PlainView
 from sitl_emu.run.messages import (
@@ -102,6 +103,30 @@ def test_a_silent_process_is_waited_for_as_long_as_it_works(does: str) -> None:
         process.kill()
     process.wait()
     camera.close()
+
+
+TOLD = """#!/bin/sh
+exec {python} -P -c '
+from sitl_emu.run import configs, process
+process.main(lambda config, control: print(len(config.options["area"])), configs.CompanionConfig)
+' "$4"
+"""
+
+
+def test_a_process_is_told_more_than_an_argument_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "python").write_text(TOLD.format(python=sys.executable))
+    (tmp_path / "python").chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
+    config = configs.CompanionConfig(
+        folder=str(tmp_path), start_us=0, seed=1, name="uas", instance=0, lockstep=True, mission="m",
+        options={"area": [[47.397742, 8.545594]] * 9000}, radio_port=None, rings={}, inference_latency_us=0,
+    )  # fmt: skip
+    one, other = socket.socketpair()
+    with one, other:
+        child = start_process("companion uas", "companion_process", config, other, tmp_path)
+        assert child.process.wait() == 0, child.log.read_text()
+    assert child.log.read_text() == "9000\n"
 
 
 FIGURES = Figures(60.0, 20.5, None, 900, 2, {"uas>ugv": RadioCounts(7, 1)}, ("uas",), {"uas": STATUS, "ugv": None})
