@@ -201,7 +201,7 @@ def _given(options: Sequence[str] | None) -> dict[str, Any]:
         key, equals, value = each.partition("=")
         try:
             given[key] = yaml.safe_load(value)
-        except yaml.YAMLError:
+        except (yaml.YAMLError, ValueError):
             equals = ""
         if not equals:
             refuse(f"--option {each}: write NAME=VALUE, such as size_m=120")

@@ -70,6 +70,7 @@ def test_a_vehicle_is_named_or_numbered_and_a_star_is_all_of_them(two: Path) -> 
         ("wind.north_m_s=", "a value is missing"),
         ("wind.north_m_s=1,,2", "the values are no YAML"),
         ("wind.north_m_s=1,[2", "the values are no YAML"),
+        ("start_date=2026-13-45", "the values are no YAML"),
         ("wind.north_m_s=1,1", "a value stands there twice"),
         ("seed=1,2", "--runs and --seed say which"),
     ],

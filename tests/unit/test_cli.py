@@ -139,6 +139,7 @@ def test_a_launch_refuses_a_state_folder_that_cannot_hold_files(tmp_path: Path) 
             "peer_radio.obstructed_range_m: -1: Input should be greater than or equal to 0",
         ),
         (("name: small", "name: [small"), "not YAML"),
+        (("name: small", "name: small\nstart_date: 2026-13-45"), "not YAML: month must be in 1..12"),
         ((GOOD, ""), "a scenario is a mapping with the fields format, name"),
         ((GOOD, "- uas"), "a scenario is a mapping with the fields format, name"),
         ((GOOD, "\0"), "not YAML"),

@@ -87,6 +87,7 @@ def test_what_is_kept_is_what_was_read(tmp_path: Path, yard: World) -> None:
         (("name: silo", "name: house"), "solids[1]: name = 'house': another has this name"),
         (("name: silo", "name: ground"), "solids[1]: name = 'ground': another has this name"),
         (("name: yard", "name: ["), "not YAML"),
+        (("name: yard", "name: 2026-13-45"), "not YAML: month must be in 1..12"),
         (("mass_kg: 18, ", ""), "loose[0]: the field 'mass_kg' is missing"),
         (
             (", cylinder: {radius_m: 0.3, height_m: 0.9}", ""),

@@ -294,6 +294,7 @@ def test_of_a_run_what_its_camera_saw(tmp_path: Path) -> None:
         (("flat", "--views", "nowhere.csv"), "nowhere.csv: can't be read: No such file or directory"),
         (("flat", "--size", "640"), "--size 640: give WIDTHxHEIGHT"),
         (("flat", "--option", "size_m"), "--option size_m: write NAME=VALUE"),
+        (("flat", "--option", "on=2026-13-45"), "--option on=2026-13-45: write NAME=VALUE"),
         (("tests",), "tests: no folder of a run: there is no world.yaml in it"),
     ],
 )

@@ -63,7 +63,7 @@ def variation(text: str, wanted: str = SEVERAL) -> Variation:
         raise ScenarioError(f"--vary {text}: {wanted}")
     try:
         read = yaml.safe_load(f"[{values}]")
-    except yaml.YAMLError:
+    except (yaml.YAMLError, ValueError):
         raise ScenarioError(f"--vary {text}: the values are no YAML; quote what holds , [ ] {{ }} or :") from None
     if not read or None in read:
         raise ScenarioError(f"--vary {text}: a value is missing; {wanted}")

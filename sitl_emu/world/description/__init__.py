@@ -181,7 +181,7 @@ def load(path: Path) -> WorldDescription:
         data = yaml.load(path.read_text(), LOADER)
     except OSError as error:
         raise WorldError(f"{path}: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError) as error:
         raise WorldError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
     if not isinstance(data, Mapping):
         fields = ", ".join(field.name for field in dataclasses.fields(WorldDescription))
