@@ -400,17 +400,14 @@ def _gcs(text: str | None) -> tuple[str, int] | None:
     """Address of the ground station."""
     if text is None:
         return None
-    import socket
-
     from sitl_emu.core import ports
+    from sitl_emu.run.addresses import address_of
+    from sitl_emu.run.trouble import Trouble
 
-    host, _, port = text.partition(":")
-    if not host or (port and not (port.isdigit() and 0 < int(port) < 65536)):
-        refuse(f"--gcs {text}: give HOST or HOST:PORT, such as 192.168.1.20:14550")
     try:
-        return socket.gethostbyname(host), int(port) if port else ports.GCS_REMOTE
-    except OSError:
-        refuse(f"--gcs {text}: there is no host {host!r}")
+        return address_of(text, ports.GCS_REMOTE)
+    except Trouble as error:
+        refuse(str(error))
 
 
 def _home(text: str) -> tuple[float, float, float, float]:

@@ -463,6 +463,8 @@ def connect(port: int, host: str = "127.0.0.1") -> TcpAutopilotChannel:
     """Connect an autopilot to its simulator. Raises ChannelClosed when none listens there."""
     try:
         connection = socket.create_connection((host, port), timeout=10.0)
+    except UnicodeError:
+        raise ChannelClosed(f"no simulator answers on {host}, TCP port {port} (this is no host's name)") from None
     except OSError as error:
         raise ChannelClosed(f"no simulator answers on {host}, TCP port {port} ({error.strerror or error})") from None
     connection.settimeout(None)

@@ -23,8 +23,10 @@ from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run import models
+from sitl_emu.run.addresses import address_of
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll, wait_for_tick
 from sitl_emu.run.link_sockets import Poll, PortInUseError
+from sitl_emu.run.trouble import Trouble
 from sitl_emu.vehicles import VehicleError
 
 LAST_INSTANCE = 249
@@ -42,7 +44,7 @@ def main() -> int:
     poll: HostPoll = Poll()
     try:
         host = AutopilotHost(_hosted(options), poll)
-    except (AirframeError, VehicleError, PortInUseError, storage.StorageError) as error:
+    except (AirframeError, VehicleError, Trouble, PortInUseError, storage.StorageError) as error:
         return _complain(str(error), BAD_INPUT)
     except OSError as error:
         return _complain(f"{error.filename or options.tlog}: {error.strerror}", BAD_INPUT)
@@ -80,7 +82,7 @@ def read_airframe(file: Path) -> dict[str, Value]:
 
 
 def _hosted(options: argparse.Namespace) -> Hosted:
-    """What to host. Raises AirframeError, VehicleError, StorageError and OSError."""
+    """What to host. Raises AirframeError, VehicleError, Trouble, StorageError and OSError."""
     instance: int = options.instance
     if options.root is not None:
         storage.prepare(options.root)
@@ -93,7 +95,7 @@ def _hosted(options: argparse.Namespace) -> Hosted:
         camera=vehicle.camera if vehicle is not None else None,
         gimbal=vehicle.gimbal if vehicle is not None else None,
         root=options.root,
-        gcs=(options.gcs, ports.GCS_REMOTE) if options.gcs is not None else None,
+        gcs=address_of(options.gcs, ports.GCS_REMOTE) if options.gcs is not None else None,
         tlog=options.tlog / f"autopilot-{instance}" if options.tlog is not None else None,
     )
 
@@ -141,7 +143,9 @@ def _options() -> argparse.Namespace:
         "--root", type=Path, metavar="DIR", help="keeps parameters, missions and logs there (default: nothing is kept)"
     )
     parser.add_argument("--tlog", type=Path, metavar="DIR", help="keeps a telemetry log (.tlog) of each link there")
-    parser.add_argument("--gcs", metavar="ADDRESS", help="where the ground station is (default: on this machine)")
+    parser.add_argument(
+        "--gcs", metavar="HOST[:PORT]", help="where the ground station is (default: on this machine, port 14550)"
+    )
     parser.add_argument("--simulator", default="127.0.0.1", metavar="HOST", help="where the simulator runs")
     options = parser.parse_args()
     if not 0 <= options.instance <= LAST_INSTANCE:

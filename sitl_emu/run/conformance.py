@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from sitl_emu.run.addresses import is_port
 from sitl_emu.run.trouble import Trouble
 
 CARRIED = Path(__file__).parents[1] / "conformance"
@@ -120,7 +121,7 @@ def checked_url(url: str) -> str:
     address = url.replace("://", ":")
     kind, _, place = address.partition(":")
     host, _, port = place.rpartition(":")
-    if kind in NETWORK_LINKS and host and port.isdigit() and 0 < int(port) < 65536:
+    if kind in NETWORK_LINKS and host and is_port(port):
         return address
     if not Path(address).is_char_device():
         raise Trouble(

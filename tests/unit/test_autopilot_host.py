@@ -2,6 +2,7 @@
 
 import math
 import socket
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from sitl_emu.core.simulator_api import (
     SimulatorParameter,
     VideoState,
 )
+from sitl_emu.run import autopilot_command
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
 from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.world.ground import FlatGround
@@ -233,3 +235,24 @@ def test_a_port_in_use_is_said_and_nothing_stays_open(tmp_path: Path) -> None:
         with pytest.raises(PortInUseError, match="gimbal"):
             Bench(tmp_path)
     assert gcs_port_is_free()
+
+
+@pytest.mark.parametrize(
+    ("gcs", "wanted"),
+    [
+        ("192.168.1..20", "there is no host '192.168.1..20'"),
+        ("127.0.0.1:²", "give HOST or HOST:PORT, such as 192.168.1.20:14550"),
+    ],
+)
+def test_a_mistyped_ground_station_is_told_before_a_simulator_is_waited_for(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], gcs: str, wanted: str
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["autopilot", "--model", "iris", "--gcs", gcs])
+    assert autopilot_command.main() == autopilot_command.BAD_INPUT
+    assert capsys.readouterr().err == f"autopilot: --gcs {gcs}: {wanted}\n"
+
+
+def test_the_ground_station_may_have_a_port_as_for_a_launch(monkeypatch: pytest.MonkeyPatch) -> None:
+    for gcs, port in (("127.0.0.1:14560", 14560), ("127.0.0.1", ports.GCS_REMOTE)):
+        monkeypatch.setattr(sys, "argv", ["autopilot", "--model", "iris", "--gcs", gcs])
+        assert autopilot_command._hosted(autopilot_command._options()).gcs == ("127.0.0.1", port)

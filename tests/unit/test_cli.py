@@ -60,6 +60,8 @@ def test_every_command_explains_itself(command: str) -> None:
         (("run", "agriculture", "--speed", "fast"), "--speed fast: give a number above 0"),
         (("run", "agriculture", "--speed", "-1"), "--speed -1: give a number above 0"),
         (("run", "agriculture", "--gcs", "host:port"), "--gcs host:port: give HOST or HOST:PORT"),
+        (("launch", "iris", "--gcs", "192.168.1..20"), "--gcs 192.168.1..20: there is no host '192.168.1..20'"),
+        (("launch", "iris", "--gcs", "host:²"), "--gcs host:²: give HOST or HOST:PORT"),
         (("launch", "iriss"), "unknown vehicle model 'iriss'; there are: iris,"),
         (("launch", "iris:many"), "iris:many: give MODEL or MODEL:COUNT"),
         (("launch", "iris", "--home", "47,8"), "--home 47,8: give LAT,LON,ALT,HEADING"),

@@ -64,7 +64,17 @@ def test_a_report_that_can_be_written_is_not_begun_before_its_time(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    "url", ["nonsense", "", "udp", "udpout:127.0.0.1:many", "udpout:127.0.0.1:99999", "udpin::14550", "/etc/hosts"]
+    "url",
+    [
+        "nonsense",
+        "",
+        "udp",
+        "udpout:127.0.0.1:many",
+        "udpout:127.0.0.1:²",
+        "udpout:127.0.0.1:99999",
+        "udpin::14550",
+        "/etc/hosts",
+    ],
 )
 def test_what_is_no_url_is_told_with_what_is(url: str) -> None:
     text = refused(url, "--service", "ping")

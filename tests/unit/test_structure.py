@@ -32,7 +32,7 @@ SOCKET_FILES = {
     "sitl_emu/run/dds_socket.py",
     "sitl_emu/run/dds_agent.py",
     "sitl_emu/run/obstacle_socket.py",
-    "sitl_emu/cli.py",
+    "sitl_emu/run/addresses.py",
     "sitl_emu/core/tcp_channel.py",
     "sitl_emu/run/control.py",
     "sitl_emu/run/wiring.py",

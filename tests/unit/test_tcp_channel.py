@@ -227,6 +227,11 @@ def test_a_closed_peer_is_named() -> None:
     simulator_end.close()
 
 
+def test_what_is_no_hosts_name_is_no_simulator() -> None:
+    with pytest.raises(ChannelClosed, match=r"no simulator answers on 192\.168\.1\.\.20, TCP port 4560 \(this is no h"):
+        connect(4560, "192.168.1..20")
+
+
 def test_port_in_use_names_the_port() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
