@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import math
 import re
 import subprocess
 import sys
@@ -22,7 +23,8 @@ from sitl_emu.run.recorder import TRUTH_HEADER
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.run.view.listening import listen
 from sitl_emu.run.view.reading import RunReader
-from sitl_emu.run.view.rows import Rows
+from sitl_emu.run.view.rerun_recording import camera_path
+from sitl_emu.run.view.rows import Rows, facts
 from sitl_emu.run.view.server import PAGE, PageServer
 from sitl_emu.run.view.telemetry import HomeAt, Route, State, TelemetryReader, Text, Told
 
@@ -132,6 +134,21 @@ def test_a_folder_that_grows_gives_what_is_new_and_no_half_lines(folder: Path) -
     new = rows.of(reader.read())
     assert new["track"]["a"] == [[0.6, 5.0, 0.0, 5.0, 90.0, 5.0]]
     assert new["events"] == [{"time_s": 1.0, "vehicle": "a", "event": "disarmed"}]
+
+
+def test_rows_of_the_truth_that_are_no_numbers_are_left_out(folder: Path) -> None:
+    reader = RunReader(folder)
+    reader.read()
+    with (folder / "truth-a.csv").open("a") as truth:
+        truth.write(row(0.5, 4.0).replace("4.000", "4.0.0") + row(0.6, math.nan) + row(0.7, 6.0))
+    assert [each.time_s for each in reader.read().vehicles["a"].truth] == [0.7]
+
+
+def test_a_vehicle_whose_own_folder_has_gone_is_shown_without_its_camera(tmp_path: Path, folder: Path) -> None:
+    assert facts(RunReader(folder))["vehicles"] == [{"name": "a", "model": "iris", "camera": [640, 480]}]
+    (folder / "scenario.yaml").write_text(SCENARIO.replace("iris", str(tmp_path / "gone/my_quad")))
+    assert facts(RunReader(folder))["vehicles"] == [{"name": "a", "model": "my_quad", "camera": None}]
+    assert camera_path(RunReader(folder).scenario.vehicles[0]) == "world/a/camera", "of a recording for Rerun, too"
 
 
 def test_what_is_no_folder_of_a_run_is_named(tmp_path: Path, folder: Path) -> None:
@@ -267,6 +284,18 @@ def test_the_stream_tells_the_run_so_far_then_what_comes_and_then_ends(server: P
     assert rest.endswith(b"event: end\ndata: {}\n\n")
     _, again, _ = get(server, "/stream", Last_Event_ID="1")
     assert batches(again) == told, "a page that comes back is told what it has missed, and nothing twice"
+
+
+def test_a_run_that_can_not_be_read_on_ends_the_stream_and_is_told_in_a_line(
+    server: PageServer, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fails() -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(server._reader, "read", fails)
+    assert get(server, "/stream")[1].endswith(b"event: end\ndata: {}\n\n")
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"sitl-emu: {folder}: can't be read on, the page ends here: PermissionError: ")
 
 
 def test_the_page_is_whole_and_asks_nobody_else(server: PageServer) -> None:

@@ -4,16 +4,20 @@ A run that is over is read in one go; one that goes on, again and again. Times a
 """
 
 import json
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from sitl_emu.gcs.tlog import TlogReader
 from sitl_emu.run import kept_frames, scenario, worlds
+from sitl_emu.run.configs import CameraDescription
 from sitl_emu.run.recorder import TRUTH_HEADER
+from sitl_emu.run.scenario_parts.vehicle import VehiclePart
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.run.view.growing import GrowingFile, GrowingLines
 from sitl_emu.run.view.telemetry import TelemetryReader, Told
+from sitl_emu.vehicles import VehicleError
 from sitl_emu.world import description
 
 SUMMARY, SCENARIO = "summary.json", "scenario.yaml"
@@ -63,6 +67,14 @@ class Reading(NamedTuple):
     """As events.jsonl has them."""
     summary: dict[str, Any] | None
     """What summary.json says, when the run is over; nothing comes after."""
+
+
+def camera_of(vehicle: VehiclePart) -> CameraDescription | None:
+    """A vehicle's camera; None where it has none, or its model's folder has gone since."""
+    try:
+        return vehicle.camera_description
+    except VehicleError:
+        return None
 
 
 class RunReader:
@@ -127,7 +139,13 @@ def _true_state(line: str) -> Iterator[TrueState]:
     cells = line.split(",")
     if len(cells) != TRUTH_FIELDS or line == TRUTH_HEADER.strip():
         return
-    time_s, n, e, d, vn, ve, vd, qw, qx, qy, qz = map(float, cells)
+    try:
+        numbers = [float(cell) for cell in cells]
+    except ValueError:
+        return
+    if not all(map(math.isfinite, numbers)):
+        return
+    time_s, n, e, d, vn, ve, vd, qw, qx, qy, qz = numbers
     yield TrueState(time_s, (n, e, d), (vn, ve, vd), (qw, qx, qy, qz))
 
 

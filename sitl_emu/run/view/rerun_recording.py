@@ -28,7 +28,7 @@ from sitl_emu.run import ground_picture, kept_frames, worlds
 from sitl_emu.run.configs import CameraDescription
 from sitl_emu.run.scenario_parts.vehicle import VehiclePart
 from sitl_emu.run.trouble import Trouble
-from sitl_emu.run.view.reading import KeptFrame, Looked, OfVehicle, RunReader
+from sitl_emu.run.view.reading import KeptFrame, Looked, OfVehicle, RunReader, camera_of
 from sitl_emu.run.view.telemetry import Route, State, Text
 from sitl_emu.world.lens import Intrinsics
 from sitl_emu.world.world import World
@@ -159,7 +159,7 @@ class Recorder:
         for frame in told.frames:
             by_feed[frame.feed].append(frame)
         rr, name = self._rr, rr_path(part.name)
-        if (camera := part.camera_description) is not None and by_feed["camera"]:
+        if (camera := camera_of(part)) is not None and by_feed["camera"]:
             at = camera_path(part)
             shown = self._stand(at, camera, kept_frames.WIDTH_PX)
             for frame in by_feed["camera"]:
@@ -240,7 +240,7 @@ class Recorder:
 
 def camera_path(part: VehiclePart) -> str:
     """Where a vehicle's camera stands among the entities: aboard, or apart if a gimbal carries it."""
-    camera, name = part.camera_description, rr_path(part.name)
+    camera, name = camera_of(part), rr_path(part.name)
     return f"cameras/{name}" if camera is not None and camera.on_gimbal else f"world/{name}/camera"
 
 
@@ -254,9 +254,7 @@ def _blueprint(rr: Any, vehicles: Sequence[VehiclePart]) -> Any:
     import rerun.blueprint as rrb
 
     cameras = [
-        rrb.Spatial2DView(origin=camera_path(each), name=each.name)
-        for each in vehicles
-        if each.camera_description is not None
+        rrb.Spatial2DView(origin=camera_path(each), name=each.name) for each in vehicles if camera_of(each) is not None
     ]
     plots = [rrb.TimeSeriesView(origin=f"plots/{quantity}", name=quantity) for quantity in QUANTITIES]
     below = [rrb.Tabs(*plots), rrb.TextLogView(origin="events", name="events")]

@@ -22,7 +22,7 @@ from typing import Any
 
 from sitl_emu.core.geodesy import MapProjection
 from sitl_emu.run.scenario_parts.vehicle import VehiclePart
-from sitl_emu.run.view.reading import OfVehicle, Reading, RunReader
+from sitl_emu.run.view.reading import OfVehicle, Reading, RunReader, camera_of
 from sitl_emu.run.view.telemetry import HomeAt, Route, State, Text
 
 Json = dict[str, Any]
@@ -53,7 +53,7 @@ def facts(reader: RunReader) -> Json:
 
 def _picture_size(vehicle: VehiclePart) -> list[int] | None:
     """Width and height in pixels, in which detections are told."""
-    camera = vehicle.camera_description
+    camera = camera_of(vehicle)
     return None if camera is None else [camera.width_px, camera.height_px]
 
 

@@ -13,6 +13,7 @@ import logging
 import mimetypes
 import re
 import socket
+import sys
 import threading
 import urllib.parse
 from collections.abc import Callable
@@ -89,6 +90,14 @@ class PageServer(ThreadingHTTPServer):
         self.shutdown()
 
     def _feed(self) -> None:
+        try:
+            self._tell()
+        except Exception as error:  # a page would wait for ever
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            print(f"sitl-emu: {self.folder}: can't be read on, the page ends here: {what}", file=sys.stderr, flush=True)
+            self.batches.add({}, True)
+
+    def _tell(self) -> None:
         while True:
             last = self._closing.is_set()
             reading = self._reader.read()
