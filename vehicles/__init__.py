@@ -12,6 +12,7 @@ here: the world, sensors' behaviour, autopilot.
 import dataclasses
 import functools
 import json
+import math
 import os
 import pathlib
 import tomllib
@@ -62,7 +63,7 @@ class _File:
     battery: Battery
     sensors: Sensors
     mass_kg: Annotated[float | None, record.Limits(0.001)] = None
-    inertia_kg_m2: Annotated[Vector3 | None, record.Limits(0.0)] = None
+    inertia_kg_m2: Annotated[Vector3 | None, record.Limits(1e-9)] = None
     parts: tuple[Part, ...] = ()
     propulsion: Propulsion | None = None
     aerodynamics: Aerodynamics | None = None
@@ -114,6 +115,7 @@ def with_sensors(vehicle: Vehicle, figures: Mapping[str, Any], where: str = "sen
     if isinstance(named := figures.get("gps"), str):
         figures = {**figures, "gps": _receiver(named, f"{where}: gps")}
     sensors = record.changed(vehicle.sensors, figures, where)
+    _check_sensors(sensors, where)
     airframe = dict(vehicle.airframe)
     if sensors.gps.satellites != vehicle.sensors.gps.satellites:
         airframe["SIM_GPS_USED"] = sensors.gps.satellites
@@ -151,7 +153,7 @@ def read(folder: pathlib.Path) -> Vehicle:
         table = tomllib.loads(toml.read_text())
     except OSError as error:
         raise VehicleError(f"{toml}: {error.strerror}; a model's folder holds {TOML} and {AIRFRAME}") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except ValueError as error:  # no UTF-8, no TOML, or a number of thousands of digits
         raise VehicleError(f"{where}: {error}") from None
     file = record.read(_File, table, where)
     mass, moments = _mass_properties(file, where)
@@ -159,6 +161,11 @@ def read(folder: pathlib.Path) -> Vehicle:
         raise VehicleError(f"{where}: there must be exactly one of the tables propulsion, chassis, sih_rover")
     if file.propulsion is not None and (file.gear is None or file.aerodynamics is None):
         raise VehicleError(f"{where}: with propulsion, the tables gear and aerodynamics are needed too")
+    if file.propulsion is not None and not file.propulsion.rotors:
+        raise VehicleError(f"{where}: propulsion: rotors = []; at least one is needed")
+    if file.battery.cell_empty_v >= file.battery.cell_full_v:
+        raise VehicleError(f"{where}: battery: cell_empty_v = {file.battery.cell_empty_v} must be below cell_full_v")
+    _check_sensors(file.sensors, f"{where}: sensors")
     parameters = {"SIM_GPS_USED": file.sensors.gps.satellites, **_airframe(airframe)}
     return Vehicle(
         folder.name, file.description, mass, moments, file.battery, file.sensors, parameters,
@@ -166,6 +173,13 @@ def read(folder: pathlib.Path) -> Vehicle:
         file.depth, file.lidar, file.body, file.release, None, file.wind_is_px4s, file.ranging_beacons,
         file.motor_speed_max_rad_s,
     )  # fmt: skip
+
+
+def _check_sensors(sensors: Sensors, where: str) -> None:
+    """Raise VehicleError for figures that do not fit each other."""
+    beam = sensors.lidar
+    if beam is not None and beam.min_distance_m >= beam.max_distance_m:
+        raise VehicleError(f"{where}: lidar: min_distance_m = {beam.min_distance_m} must be below max_distance_m")
 
 
 def _receiver(name: str, where: str) -> Mapping[str, Any]:
@@ -184,6 +198,8 @@ def _mass_properties(file: _File, where: str) -> tuple[float, Vector3]:
             whole = inertia.total(inertia.Cuboid(part.mass_kg, part.size_m, part.centre_m) for part in file.parts)
         except ValueError as error:
             raise VehicleError(f"{where}: parts: {error}") from None
+        if not all(0.0 < moment < math.inf for moment in whole.inertia_kg_m2):
+            raise VehicleError(f"{where}: parts: their inertia is {whole.inertia_kg_m2} kg m²; give them sizes")
         return whole.mass_kg, whole.inertia_kg_m2
     if file.mass_kg is None or file.inertia_kg_m2 is None:
         raise VehicleError(f"{where}: mass_kg and inertia_kg_m2 are needed, or parts")

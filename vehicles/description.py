@@ -65,7 +65,7 @@ class Gear:
     half_width_m: Annotated[float, Limits(0.01)]
     height_m: Annotated[float, Limits(0.0)]
     friction: Annotated[float, Limits(0.0, 5.0)] = 0.7
-    crash_speed_m_s: Annotated[float, Limits(0.0)] = math.inf
+    crash_speed_m_s: Annotated[float, Limits(0.0, math.inf)] = math.inf
     """Closing speed at which the ground breaks it."""
     is_px4s: bool = False
     """It stands as in PX4's SIH: held where it is while the forces on it point down; stance and friction do nothing."""

@@ -7,7 +7,7 @@ number of a tuple, `Annotated[str, Words(…)]` lists the words that are allowed
 """
 
 import dataclasses
-import math
+import sys
 import types
 import typing
 from collections.abc import Mapping
@@ -18,11 +18,19 @@ from sitl_emu.vehicles.errors import VehicleError
 Record = TypeVar("Record")
 
 
+LARGEST = sys.float_info.max
+
+
 class Limits(NamedTuple):
-    """Bounds of a number, both allowed."""
+    """Bounds of a number, both allowed; it is finite unless they are not."""
 
     minimum: float
-    maximum: float = math.inf
+    maximum: float = LARGEST
+
+    def __str__(self) -> str:
+        if self.maximum < LARGEST:
+            return f"{self.minimum:g} to {self.maximum:g}"
+        return f"{self.minimum:g} or more" if self.minimum > -LARGEST else "any finite number"
 
 
 class Words(NamedTuple):
@@ -31,7 +39,7 @@ class Words(NamedTuple):
     allowed: tuple[str, ...]
 
 
-UNBOUNDED = Limits(-math.inf)
+UNBOUNDED = Limits(-LARGEST)
 
 
 def read(record: type[Record], table: Mapping[str, Any], where: str) -> Record:
@@ -124,5 +132,5 @@ def _number(hint: type[float] | type[int], value: Any, where: str, rule: Limits 
     if isinstance(value, bool) or not isinstance(value, allowed):
         raise VehicleError(f"{where} = {value!r} must be a {'whole ' if hint is int else ''}number")
     if isinstance(rule, Limits) and not rule.minimum <= value <= rule.maximum:
-        raise VehicleError(f"{where} = {value!r} is out of range; allowed is {rule.minimum:g} to {rule.maximum:g}")
+        raise VehicleError(f"{where} = {value!r} is out of range; allowed is {rule}")
     return hint(value)

@@ -1,4 +1,6 @@
 import json
+import math
+import re
 import shutil
 from pathlib import Path
 
@@ -147,7 +149,14 @@ def folder(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("old", "new", "error"),
     [
-        ("mass_kg = 1.535", "mass_kg = -1.0", "mine/vehicle.toml: mass_kg = -1.0 is out of range; allowed is 0.001 to"),
+        (
+            "mass_kg = 1.535",
+            "mass_kg = -1.0",
+            "mine/vehicle.toml: mass_kg = -1.0 is out of range; allowed is 0.001 or more",
+        ),
+        ("mass_kg = 1.535", "mass_kg = inf", "mass_kg = inf is out of range; allowed is 0.001 or more"),
+        ("mass_kg = 1.535", f"mass_kg = 1{400 * '0'}", "mass_kg = 10+ is out of range; allowed is 0.001 or more"),
+        ("mass_kg = 1.535", f"mass_kg = 1{5000 * '0'}", "mine/vehicle.toml: "),
         ("mass_kg = 1.535", "mass_lb = 3", r"unknown field 'mass_lb' = 3; allowed are: description,"),
         ("mass_kg = 1.535", "", "mass_kg and inertia_kg_m2 are needed, or parts"),
         ("cells = 4", "cells = 4.5", r"battery: cells = 4.5 must be a whole number"),
@@ -156,6 +165,15 @@ def folder(tmp_path: Path) -> Path:
         ('turns = "ccw"', 'turns = "left"', r"rotors\[0\]: turns = 'left'; allowed are: ccw, cw"),
         ("[0.029125, 0.029125, 0.055225]", "[0.029125, 0.055225]", r"must have 3 elements"),
         ("[0.029125, 0.029125, 0.055225]", '["a", 1, 1]', r"inertia_kg_m2\[0\] = 'a' must be a number"),
+        ("[0.029125, 0.029125, 0.055225]", "[0, 0, 0]", r"inertia_kg_m2\[0\] = 0 is out of range; allowed is 1e-09 or"),
+        ("thrust_max_n = 7.07", "thrust_max_n = inf", "thrust_max_n = inf is out of range; allowed is 0.01 or more"),
+        (
+            "[0.1515, 0.2450, 0.0]",
+            "[inf, 0.2450, 0.0]",
+            r"position_m\[0\] = inf is out of range; allowed is any finite",
+        ),
+        ("cell_empty_v = 3.5", "cell_empty_v = 4.2", "battery: cell_empty_v = 4.2 must be below cell_full_v"),
+        ("min_distance_m = 0.2", "min_distance_m = 60.0", "lidar: min_distance_m = 60.0 must be below max_distance_m"),
         ("[gear]", "[skids]", "unknown field 'skids'"),
         ("thrust_max_n = 7.07", "", "propulsion: the field 'thrust_max_n' is missing"),
         ("[battery]", "[battery", "mine/vehicle.toml: "),
@@ -168,6 +186,29 @@ def test_wrong_fields_are_named(folder: Path, old: str, new: str, error: str) ->
     toml.write_text(text.replace(old, new, 1))
     with pytest.raises(VehicleError, match=error):
         vehicles.read(folder)
+
+
+def test_a_vehicle_needs_a_rotor_and_parts_with_sizes(folder: Path) -> None:
+    toml = folder / "vehicle.toml"
+    text = toml.read_text()
+    toml.write_text(re.sub(r"rotors = \[.*?^\]", "rotors = []", text, flags=re.DOTALL | re.MULTILINE))
+    with pytest.raises(VehicleError, match=r"mine/vehicle.toml: propulsion: rotors = \[\]; at least one is needed"):
+        vehicles.read(folder)
+    part = 'parts = [{ name = "all", mass_kg = 1.5, size_m = [0, 0, 0] }]'
+    toml.write_text(text.replace("mass_kg = 1.535", part, 1).replace("inertia_kg_m2", "#", 1))
+    with pytest.raises(VehicleError, match=r"parts: their inertia is \(0.0, 0.0, 0.0\) kg m²; give them sizes"):
+        vehicles.read(folder)
+
+
+def test_what_nothing_breaks_may_stay_so(folder: Path) -> None:
+    toml = folder / "vehicle.toml"
+    toml.write_text(toml.read_text().replace("crash_speed_m_s = 4.0", "crash_speed_m_s = inf", 1))
+    assert present(vehicles.read(folder).gear).crash_speed_m_s == math.inf
+
+
+def test_a_scenarios_lidar_must_see_farther_than_near() -> None:
+    with pytest.raises(VehicleError, match=r"sensors: lidar: min_distance_m = 20.0 must be below max_distance_m"):
+        vehicles.with_sensors(vehicles.load("iris"), {"lidar": {"min_distance_m": 20}})
 
 
 def test_wrong_airframe_is_named(folder: Path) -> None:
