@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from sitl_emu import __version__, cli_campaign, cli_world
-from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, refuse, say, speed_of, wanted_of
+from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, finite, refuse, say, speed_of, wanted_of
 
 app = typer.Typer(
     name="sitl-emu",
@@ -336,7 +336,9 @@ def detect(
             help="The network: one that comes with the package (field, disaster), or an .onnx file of tools/detector.",
         ),
     ],
-    score: Annotated[float, typer.Option(min=0.01, max=1.0, metavar="S", help="From which finds are shown.")] = 0.25,
+    score: Annotated[
+        float, typer.Option(min=0.01, max=1.0, callback=finite, metavar="S", help="From which finds are shown.")
+    ] = 0.25,
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")] = Path("detected"),
     frames: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Stop after so many. [default: when the source ends]")

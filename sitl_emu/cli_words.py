@@ -1,5 +1,6 @@
 """What the commands of the command line have in common: how they speak, and how they read speeds and vehicles."""
 
+import math
 import os
 import sys
 from typing import NoReturn
@@ -26,6 +27,13 @@ def refuse(text: str) -> NoReturn:
     """End for wrong input: a line that says what is wrong, and exit status 2."""
     typer.echo(f"sitl-emu: {text}", err=True)
     raise typer.Exit(BAD_INPUT)
+
+
+def finite(param: typer.CallbackParam, value: float | None) -> float | None:
+    """An option's callback: a number that is one, which NaN passes every range for."""
+    if value is not None and not math.isfinite(value):
+        refuse(f"{param.opts[0]} {value}: give a finite number")
+    return value
 
 
 def speed_of(text: str) -> float | None:

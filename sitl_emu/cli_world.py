@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, refuse, say, speed_of, wanted_of
+from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, finite, refuse, say, speed_of, wanted_of
 
 SERVE = "serve"
 
@@ -38,7 +38,7 @@ World = Annotated[
     ),
 ]
 Seed = Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other world of this kind, and other noise.")]
-At = Annotated[float, typer.Option(min=0.0, metavar="S", help="The simulated time, s.")]
+At = Annotated[float, typer.Option(min=0.0, callback=finite, metavar="S", help="The simulated time, s.")]
 Options = Annotated[
     list[str] | None,
     typer.Option("--option", metavar="NAME=VALUE", help="An option of the kind; may be given several times."),
@@ -119,11 +119,18 @@ def export(
     survey: Annotated[
         float | None,
         typer.Option(
-            min=1.0, max=500.0, metavar="HEIGHT", help="Straight down from this height, m, all over the area."
+            min=1.0,
+            max=500.0,
+            callback=finite,
+            metavar="HEIGHT",
+            help="Straight down from this height, m, all over the area.",
         ),
     ] = None,
     overlap: Annotated[
-        float, typer.Option(min=0.0, max=0.95, metavar="SHARE", help="Of pictures of a survey with their neighbours.")
+        float,
+        typer.Option(
+            min=0.0, max=0.95, callback=finite, metavar="SHARE", help="Of pictures of a survey with their neighbours."
+        ),
     ] = 0.2,
     views: Annotated[
         Path | None,
@@ -137,7 +144,7 @@ def export(
         str | None, typer.Option(metavar="NAME", help="Of a run: whose camera. [default: the first that has one]")
     ] = None,
     every: Annotated[
-        float, typer.Option(min=0.02, metavar="S", help="Of a run: seconds from picture to picture.")
+        float, typer.Option(min=0.02, callback=finite, metavar="S", help="Of a run: seconds from picture to picture.")
     ] = 1.0,
     format_: Annotated[
         list[str] | None,
@@ -152,7 +159,13 @@ def export(
     ] = None,
     hfov: Annotated[
         float | None,
-        typer.Option(min=1.0, max=150.0, metavar="DEG", help="Field of view across. [default: 90; of a run, its own]"),
+        typer.Option(
+            min=1.0,
+            max=150.0,
+            callback=finite,
+            metavar="DEG",
+            help="Field of view across. [default: 90; of a run, its own]",
+        ),
     ] = None,
     seed: Seed = 1,
     option: Options = None,

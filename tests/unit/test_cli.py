@@ -75,6 +75,7 @@ def test_every_command_explains_itself(command: str) -> None:
         (("run", "agriculture", "--seed", "-1"), "-1 is not in the range"),
         (("run", "agriculture", "--instance", "249"), "instances end at 249"),
         (("run", "agriculture", "--instance", "9"), "would share UDP port 14549"),
+        (("detect", "x.mp4", "--model", "field", "--score", "nan"), "--score nan: give a finite number"),
         (("world", "moon", "--vehicle", "iris"), "there is no world 'moon'; known: corn_field, debris_field"),
         (("world", "flat", "--vehicle", "iriss"), "unknown vehicle model 'iriss'"),
     ],
