@@ -4,6 +4,7 @@ The tests know nothing of the emulator, and what they cover and why they say the
 runs them without its own output; a plugin keeps what came out and says it as it comes.
 """
 
+import importlib.util
 import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -128,6 +129,8 @@ def checked_url(url: str) -> str:
             f"{url or 'an empty URL'}: not where an autopilot is; give udpout:127.0.0.1:18570, udpin:0.0.0.0:14550, "
             "tcp:HOST:PORT or a serial device, such as /dev/ttyACM0"
         )
+    if importlib.util.find_spec("serial") is None:
+        raise Trouble(f"{address}: a serial link needs pyserial: pip install pyserial")
     return address
 
 

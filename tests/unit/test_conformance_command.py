@@ -1,5 +1,6 @@
 """`sitl-emu conformance`: what it refuses, what its pages say, what its tests tell, what the wheel carries."""
 
+import importlib.util
 import os
 import re
 import runpy
@@ -84,6 +85,12 @@ def test_what_is_no_url_is_told_with_what_is(url: str) -> None:
 def test_a_url_as_mavsdk_writes_it_is_taken_too() -> None:
     assert conformance.checked_url("udpin://0.0.0.0:14550") == "udpin:0.0.0.0:14550"
     assert conformance.checked_url("/dev/null") == "/dev/null"
+
+
+def test_a_serial_device_needs_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "serial" else found(name))
+    assert "/dev/null: a serial link needs pyserial: pip install pyserial" in refused("/dev/null", "--service", "ping")
 
 
 def test_a_url_that_pymavlink_does_not_take_is_told_in_a_line() -> None:
