@@ -83,7 +83,10 @@ class VideoSender:
         self._thread.start()
 
     def show(self, image: Image, now_s: float) -> None:
-        """Send a picture: (height, width, 3) BGR, even sides, that is not changed any more. `now_s`: a wall clock."""
+        """Send a picture: (height, width, 3) BGR, that is not changed any more. `now_s`: a wall clock.
+
+        H.264 in yuv420p has even sides: of odd ones the last row or column is not sent.
+        """
         if now_s < self._due_s - 0.5 * self._interval_s:
             return
         self._due_s = max(self._due_s, now_s - 0.5 * self._interval_s) + self._interval_s
@@ -116,13 +119,16 @@ class VideoSender:
             return shown
 
     def _send(self, image: Image, now_s: float) -> None:
+        import av
+
+        image = image[: image.shape[0] & ~1, : image.shape[1] & ~1]
         try:
             if self._stream is None:
                 self._stream = _Stream(self._target, image.shape[1], image.shape[0])
             self._stream.send(image, now_s)
             self.sent += 1
             self._complained = False
-        except OSError as error:  # after one, FFmpeg's output takes nothing any more
+        except (OSError, av.error.FFmpegError) as error:  # after one, FFmpeg's output takes nothing any more
             stream, self._stream, self._again_s = self._stream, None, now_s + AGAIN_S
             if stream is not None:
                 stream.close()
@@ -136,7 +142,7 @@ class _Stream:
     """An encoder and the socket behind it."""
 
     def __init__(self, target: Target, width: int, height: int) -> None:
-        """Raises OSError."""
+        """Raises OSError and FFmpegError."""
         import av
 
         self._frame_of, self._key_type = av.VideoFrame.from_ndarray, av.video.frame.PictureType.I
@@ -163,7 +169,7 @@ class _Stream:
         self._last = -1
 
     def send(self, image: Image, now_s: float) -> None:
-        """Encode and send a picture. Raises OSError."""
+        """Encode and send a picture. Raises OSError and FFmpegError."""
         if self._began_s is None:
             self._began_s = self._key_s = now_s
         frame = self._frame_of(np.ascontiguousarray(image), format="bgr24").reformat(format="yuv420p")
@@ -177,5 +183,9 @@ class _Stream:
 
     def close(self) -> None:
         """Give the socket back."""
-        with contextlib.suppress(OSError):  # it writes what it has left, which can't be sent either
+        import av
+
+        with contextlib.suppress(
+            OSError, av.error.FFmpegError
+        ):  # it writes what it has left, which can't be sent either
             self._output.close()

@@ -144,6 +144,31 @@ def test_who_shows_never_waits_for_the_encoder(ear: Ear, sender: VideoSender, mo
     assert (stamps[1] - stamps[0]) % 2**32 == 7 * 6000
 
 
+def test_of_odd_sides_the_last_row_and_column_are_not_sent(ear: Ear, sender: VideoSender) -> None:
+    sender.show(scene(0)[:-1, :-1], 100.0)
+    (image,) = decoded([ear.picture()])
+    assert image.shape == (HEIGHT - 2, WIDTH - 2, 3) and psnr_db(image, scene(0)[:-2, :-2]) > 32.0
+
+
+def test_a_fault_of_the_encoder_is_said_and_the_next_picture_tried(
+    ear: Ear, sender: VideoSender, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown(ear, sender, range(3))
+    failed = threading.Event()
+
+    def fails(_image: Image, _now_s: float) -> None:
+        failed.set()
+        raise av.error.ExternalError(542398533, "Generic error in an external library")
+
+    stream: Any = sender._stream
+    monkeypatch.setattr(stream, "send", fails)
+    sender.show(scene(3), 100.0 + 3 * FRAME_S)
+    assert failed.wait(LIMIT_S)
+    assert IDR in units(shown(ear, sender, [30])[0])
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"no video to 127.0.0.1:{ear.port}: Generic error in an external library; trying on"
+
+
 def test_nobody_there_is_of_no_account() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
