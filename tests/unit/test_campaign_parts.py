@@ -264,6 +264,9 @@ def refused(*words: str) -> str:
         (("agriculture",), "Missing option '--runs'"),
         (("agriculture", "--runs", "2", "--keep", "some"), "--keep some: give all, failed or none"),
         (("agriculture", "--runs", "2", "--dask", "tcp://x", "--workers", "2"), "give one of them"),
+        (("agriculture", "--runs", "2", "--dask", "ftp://x:1"), "--dask ftp://x:1: give tcp://HOST:PORT or tls://"),
+        (("agriculture", "--runs", "2", "--dask", "tcp://x:y"), "--dask tcp://x:y: give tcp://HOST:PORT or tls://"),
+        (("agriculture", "--runs", "2", "--dask", "tcp://x:²"), "--dask tcp://x:²: give tcp://HOST:PORT or tls://"),
         (
             ("agriculture", "--runs", "2", "--vary", "vehicles.uas.modle=iris"),
             "modle: unknown field; allowed here: name",

@@ -56,6 +56,8 @@ class Wanted(NamedTuple):
 def campaign(wanted: Wanted, console: Console) -> int:
     """Fly it; 0 when all runs are there, however they ended, 130 when it was stopped. Raises Trouble."""
     _expect_extras()
+    if wanted.dask is not None:
+        pools.check(wanted.dask)
     path = find(wanted.scenario)
     arms = arms_of(path, [variation(text) for text in wanted.vary])
     seed = arms[0].scenario.seed if wanted.seed is None else wanted.seed

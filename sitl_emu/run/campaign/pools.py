@@ -14,6 +14,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 from sitl_emu import __version__
+from sitl_emu.run.addresses import is_port
 from sitl_emu.run.campaign import flight
 from sitl_emu.run.campaign.flight import Job, Result
 from sitl_emu.run.trouble import Trouble
@@ -54,6 +55,14 @@ def here(workers: int) -> Iterator[Pool]:
             yield Pool(lambda job: executor.submit(flight.fly, job, over.is_set), stop, workers, f"{workers} at a time")
         finally:
             stop()
+
+
+def check(address: str) -> None:
+    """Raise Trouble for what is no address of a Dask scheduler."""
+    kind, _, place = address.partition("://")
+    host, _, port = place.rpartition(":")
+    if kind not in ("tcp", "tls") or not host or not is_port(port):
+        raise Trouble(f"--dask {address}: give tcp://HOST:PORT or tls://HOST:PORT, such as tcp://127.0.0.1:8786")
 
 
 @contextlib.contextmanager
