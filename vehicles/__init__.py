@@ -20,6 +20,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from sitl_emu.core.c_types import FLOAT32_MAX
 from sitl_emu.vehicles import inertia, record
 from sitl_emu.vehicles.description import (
     Aerodynamics,
@@ -219,4 +220,6 @@ def _airframe(path: pathlib.Path) -> dict[str, float | int]:
     for name, value in table.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise VehicleError(f"{where}: {name} = {value!r} must be a number")
+        if not abs(value) <= FLOAT32_MAX:  # NaN neither
+            raise VehicleError(f"{where}: {name} = {value!r} must be a finite number, as a float32 too")
     return dict(table)

@@ -32,7 +32,7 @@ class Parameters:
     """Values by name. INT32 parameters hold int, REAL32 ones the float that a float32 would hold."""
 
     def __init__(self, kind: VehicleKind, overrides: Mapping[str, Value] | None = None) -> None:
-        """The set of a kind of vehicle; raises KeyError for an override that PX4 does not know."""
+        """The set of a kind of vehicle; `overrides` are finite. Raises KeyError for one that PX4 does not know."""
         self._table = table()
         self._defaults = {name: self.typed(name, row["default"]) for name, row in self._table.items()}
         given = {name: self.typed(name, value) for name, value in (overrides or {}).items()}

@@ -31,6 +31,7 @@ IN_64_BITS: Final = frozenset("IQq")
 """Codes of the integers to which a float is converted by way of an int64, the others by way of an int32."""
 INT32_MIN: Final = -(1 << 31)
 INT32_MAX: Final = (1 << 31) - 1
+FLOAT32_MAX: Final = (2.0 - 2.0**-23) * 2.0**127
 _FLOAT32: Final = struct.Struct("<f")
 _ITEM: Final = re.compile(r"(\d*)([a-zA-Z?])")
 

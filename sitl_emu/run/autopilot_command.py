@@ -20,6 +20,7 @@ from typing import NoReturn
 from sitl_emu.autopilot.parameters import Value, table
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.core import ports
+from sitl_emu.core.c_types import FLOAT32_MAX
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run import models
@@ -76,6 +77,8 @@ def read_airframe(file: Path) -> dict[str, Value]:
     for name, value in parameters.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise AirframeError(f"{file}: {name}: {value!r}; allowed: a number")
+        if not abs(value) <= FLOAT32_MAX:  # NaN neither
+            raise AirframeError(f"{file}: {name}: {value!r}; allowed: a finite number, as a float32 too")
         if name not in table():
             raise AirframeError(f"{file}: {name}: PX4 has no such parameter")
     return parameters

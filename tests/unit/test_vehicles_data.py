@@ -10,6 +10,7 @@ from sitl_emu import vehicles
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core.simulator_api import HilActuatorControls
+from sitl_emu.run.autopilot_command import AirframeError, read_airframe
 from sitl_emu.run.simulated_parameters import SimulatedParameters
 from sitl_emu.vehicles import VehicleError, inertia
 from sitl_emu.vehicles.battery import LoadBattery
@@ -218,6 +219,18 @@ def test_wrong_airframe_is_named(folder: Path) -> None:
     (folder / "airframe.json").unlink()
     with pytest.raises(VehicleError, match=r"mine/airframe\.json"):
         vehicles.read(folder)
+
+
+@pytest.mark.parametrize(
+    ("value", "told"), [("NaN", "nan"), ("-Infinity", "-inf"), ("1e39", r"1e\+39"), ("1" * 400, "1+")]
+)
+def test_an_airframes_numbers_are_finite(folder: Path, value: str, told: str) -> None:
+    file = folder / "airframe.json"
+    file.write_text(f'{{"MPC_XY_P": {value}}}')
+    with pytest.raises(VehicleError, match=f"mine/airframe.json: MPC_XY_P = {told} must be a finite number"):
+        vehicles.read(folder)
+    with pytest.raises(AirframeError, match=f"airframe.json: MPC_XY_P: {told}; allowed: a finite number"):
+        read_airframe(file)
 
 
 def test_satellites_are_what_the_simulator_begins_with() -> None:
