@@ -146,7 +146,10 @@ class RecordedFrames:
         index = self._next
         time_usec, path = self._frames[index]
         self._next += 1
-        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+        try:
+            image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+        except cv2.error:  # larger than OpenCV takes
+            image = None
         if image is None:
             raise CameraError(f"{path}: not a picture that can be read")
         return Frame(time_usec, np.asarray(image, np.uint8), index)

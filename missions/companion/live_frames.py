@@ -15,6 +15,7 @@ OFFSET_WINDOW_US = 10_000_000
 IDLE_S = 0.002
 FILE_PERIOD_S = 1.0 / 30.0
 """A video file is read as fast as a camera gives frames."""
+ENDED = "the stream has ended, and no frame comes any more; look after the camera, then begin anew"
 
 
 class BootClock:
@@ -48,7 +49,7 @@ class LiveFrames:
         self._frames: deque[tuple[Frame, int]] = deque(maxlen=2)
         self._stop = threading.Event()
         self.error: str | None = None
-        """Why no more frames come, a line for people."""
+        """Why no more frames come, or a recorded one did not; a line for people. A file just ends."""
         self._thread = threading.Thread(target=self._read, name="camera", daemon=True)
         self._thread.start()
 
@@ -74,25 +75,41 @@ class LiveFrames:
         self._source.close()
 
     def _recorded(self, source: RecordedFrames, now_us: int) -> list[Frame]:
-        """Recorded frames come at their own time."""
+        """Recorded frames come at their own time; one that can't be read is told and left out."""
         taken = list[Frame]()
         boot_us = self._clock.boot_us(now_us)
         while boot_us is not None and (next_us := source.next_time_usec) is not None and next_us <= boot_us:
-            frame = source.read()
+            try:
+                frame = source.read()
+            except CameraError as error:
+                self.error = str(error)
+                break
             if frame is not None:
                 taken.append(frame)
         return taken
 
     def _read(self) -> None:
-        while not self._stop.is_set() and not isinstance(self._source, RecordedFrames) and not self._source.ended:
-            try:
-                frame = self._source.read()
-            except CameraError as error:
-                self.error = str(error)
-                return
+        if isinstance(self._source, RecordedFrames):
+            return
+        try:
+            self._read_on()
+            if self._source.clock != "file":
+                self._tell(ENDED)
+        except CameraError as error:
+            self._tell(str(error))
+        except Exception as error:  # whatever a driver or a decoder does
+            self._tell(f"{type(error).__name__}: {error}")
+
+    def _read_on(self) -> None:
+        while not self._stop.is_set() and not self._source.ended:
+            frame = self._source.read()
             if frame is None:
                 self._stop.wait(IDLE_S)
                 continue
             self._frames.append((frame, time.monotonic_ns() // 1000))
             if self._source.clock == "file":
                 self._stop.wait(FILE_PERIOD_S)
+
+    def _tell(self, why: str) -> None:
+        if not self._stop.is_set():
+            self.error = " ".join(why.split())

@@ -93,3 +93,13 @@ def test_a_file_that_is_no_video_is_told(tmp_path: Path) -> None:
     (tmp_path / "x.mp4").write_text("no video")
     with pytest.raises(CameraError, match="can't be opened as video"):
         open_camera(str(tmp_path / "x.mp4"))
+
+
+def test_a_picture_that_opencv_refuses_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise cv2.error("too large")
+
+    cv2.imwrite(str(tmp_path / "1.png"), picture(1))
+    monkeypatch.setattr(cv2, "imread", refuse)
+    with pytest.raises(CameraError, match=r"1\.png: not a picture that can be read"):
+        open_camera(str(tmp_path)).read()

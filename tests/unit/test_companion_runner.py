@@ -8,18 +8,18 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
 import pytest
 
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.missions.companion.camera import open_camera
+from sitl_emu.missions.companion.camera import CameraError, open_camera
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, Status
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.links import LinkError, open_port
-from sitl_emu.missions.companion.live_frames import BootClock
+from sitl_emu.missions.companion.live_frames import BootClock, LiveFrames
 from sitl_emu.missions.companion.main import Runner, main
 from sitl_emu.missions.companion.onboard import Onboard
 from sitl_emu.missions.companion.wire import Wire
@@ -87,6 +87,66 @@ def test_recorded_frames_reach_the_detector_at_their_own_time(tmp_path: Path) ->
     assert companion.seen == [(200_000, 0), (400_000, 1), (600_000, 2), (800_000, 3)]
     assert [(msg.get_type(), msg.get_srcSystem(), msg.get_srcComponent()) for msg in heard] == [("HEARTBEAT", 3, 191)]
     assert (tmp_path / "autopilot.tlog").stat().st_size > 1000
+
+
+class Lens:
+    """A camera that gives nothing, and ends by itself or by an error."""
+
+    def __init__(self, clock: Literal["vehicle", "host", "file"], error: Exception | None = None) -> None:
+        self.clock, self.error, self.ended = clock, error, False
+
+    def read(self) -> None:
+        self.ended = True
+        if self.error is not None:
+            raise self.error
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("lens", "told"),
+    [
+        (Lens("host"), "camera: the stream has ended, and no frame comes any more; look after the camera, then begin"),
+        (Lens("vehicle"), "camera: the stream has ended"),
+        (Lens("host", CameraError("shm:x: gone")), "camera: shm:x: gone\n"),
+        (Lens("host", ValueError("two\nlines")), "camera: ValueError: two lines\n"),
+        (Lens("file"), ""),
+    ],
+    ids=["stream", "feed", "camera-error", "other-error", "file"],
+)
+def test_a_camera_that_ends_is_told_once_and_a_file_just_ends(
+    lens: Lens, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    runner = Runner(Watcher(), {AUTOPILOT_LINK: open_port("udpin:127.0.0.1:0")}, lens, None, 0)
+    assert runner._frames is not None
+    runner._frames._thread.join(HEARD_LIMIT_S)
+    runner.step()
+    runner.step()
+    runner.close()
+    heard = capsys.readouterr().err
+    assert heard.startswith(told)
+    assert heard.count("\n") == (1 if told else 0)
+
+
+def test_a_camera_that_is_let_go_has_not_ended() -> None:
+    lens = Lens("host")
+    lens.read = lambda: time.sleep(0.05)  # type: ignore[method-assign]
+    frames = LiveFrames(lens, BootClock(), 0)
+    frames.close()
+    assert frames.error is None
+
+
+def test_a_recorded_frame_that_cannot_be_read_is_told_and_the_next_ones_come(tmp_path: Path) -> None:
+    (tmp_path / "100000.png").write_bytes(b"no picture")
+    cv2.imwrite(str(tmp_path / "200000.png"), np.zeros((48, 64, 3), np.uint8))
+    clock = BootClock()
+    clock.heard(0, Wire(skip=()).decode(Wire(1, 1).encode(mavlink.MAVLink_system_time_message(0, 1000)))[0])
+    frames = LiveFrames(open_camera(str(tmp_path)), clock, 0)
+    assert frames.take(0) == []
+    assert frames.error == f"{tmp_path / '100000.png'}: not a picture that can be read"
+    assert [frame.time_usec for frame in frames.take(0)] == [200_000]
+    frames.close()
 
 
 def test_frames_of_a_stream_get_the_vehicles_time() -> None:
