@@ -6,10 +6,13 @@
 | `udpout:HOST:PORT` | speaks there first |
 | `/dev/ttyX[:BAUD]` | a serial port |
 
-A simulated run joins two fixed UDP ports of one machine instead, and reads exactly as many datagrams as it is told.
-TCP, MAVLink signing and several peers on one socket are not supported.
+A host's name is looked up once, when the port is opened. A simulated run joins two fixed UDP ports of one machine
+instead, and reads exactly as many datagrams as it is told. TCP, MAVLink signing and several peers on one
+socket are not supported.
 """
 
+import errno
+import re
 import select
 import socket
 from collections.abc import Mapping
@@ -24,6 +27,23 @@ DEFAULT_BAUD = 921600
 LARGEST_DATAGRAM_BYTES = 65535
 RECEIVE_BUFFER_BYTES = 4 << 20
 SERIAL_READ_BYTES = 4096
+NUMBER = re.compile(r"[0-9]{1,9}")
+TRANSIENT = {
+    errno.EAGAIN,
+    errno.ENOBUFS,
+    errno.ENOMEM,
+    errno.EINTR,
+    errno.EPERM,
+    errno.ECONNREFUSED,
+    errno.ENETDOWN,
+    errno.ENETUNREACH,
+    errno.EHOSTDOWN,
+    errno.EHOSTUNREACH,
+    errno.EADDRNOTAVAIL,
+    errno.ENODEV,
+}
+"""What loses a datagram and may pass: nobody listens there yet, a radio is down, there is no room."""
+ANY_HOST = "0.0.0.0"
 STRANGER = 255
 """The system that we speak as until our vehicle's is known."""
 Address = tuple[str, int]
@@ -45,7 +65,7 @@ class Port(Protocol):
         ...
 
     def send(self, frame: bytes) -> None:
-        """Send a frame; what can't be sent is lost, as on any radio."""
+        """Send a frame; what can't be sent now is lost, as on any radio. Raises LinkError for what never can be."""
         ...
 
     def close(self) -> None:
@@ -102,7 +122,7 @@ class UdpPort:
                 data, sender = self._socket.recvfrom(LARGEST_DATAGRAM_BYTES)
             except OSError:
                 return None
-            if self._follow:
+            if self._follow and sender[1]:  # to port 0 nobody can be answered
                 self._remote = sender
             if not self._remote_alone or sender == self._remote:
                 return data
@@ -112,8 +132,12 @@ class UdpPort:
         if self._remote is not None:
             try:
                 self._socket.sendto(frame, self._remote)
-            except OSError:
-                return
+            except OSError as error:
+                if not isinstance(error, TimeoutError) and error.errno not in TRANSIENT:
+                    host, port = self._remote
+                    raise LinkError(
+                        f"nothing can be sent to UDP {host}:{port}: {error.strerror}; give another address"
+                    ) from None
 
     def close(self) -> None:
         """Close the socket."""
@@ -159,14 +183,30 @@ def open_port(url: str) -> Port:
     """Opens a port by its URL. Raises LinkError."""
     if url.startswith("/dev/"):
         device, _, baud = url.partition(":")
-        if baud and not baud.isdigit():
+        if baud and not NUMBER.fullmatch(baud):
             raise LinkError(f"{url}: {baud!r}; allowed: a baud rate, as in /dev/ttyUSB0:921600")
         return SerialPort(device, int(baud or DEFAULT_BAUD))
     parts = url.replace("://", ":").split(":")
-    if len(parts) != 3 or parts[0] not in ("udpin", "udpout") or not parts[2].isdigit() or int(parts[2]) > 65535:
+    waits = parts[0] == "udpin"
+    if len(parts) != 3 or not (waits or parts[0] == "udpout") or not _is_port(parts[2], 0 if waits else 1):
         raise LinkError(f"{url!r}: no link; allowed: udpin:HOST:PORT, udpout:HOST:PORT, /dev/ttyX[:BAUD]")
-    address = parts[1], int(parts[2])
-    return UdpPort(address, None) if parts[0] == "udpin" else UdpPort(None, address)
+    address = _resolved(url, parts[1] or ANY_HOST), int(parts[2])
+    return UdpPort(address, None) if waits else UdpPort(None, address)
+
+
+def _is_port(text: str, least: int) -> bool:
+    return NUMBER.fullmatch(text) is not None and least <= int(text) <= 65535
+
+
+def _resolved(url: str, host: str) -> str:
+    """The host's address, looked up once: in flight nothing waits for a name. Raises LinkError."""
+    try:
+        found = socket.getaddrinfo(host, None, socket.AF_INET, socket.SOCK_DGRAM)
+    except (OSError, UnicodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "no name of a host"
+        remedy = "correct the name, or give the host's address, as in udpout:192.168.1.7:14600"
+        raise LinkError(f"{url}: host {host!r} can't be resolved ({why}); {remedy}") from None
+    return str(found[0][4][0])
 
 
 class Link:
@@ -200,7 +240,7 @@ class Link:
         return messages
 
     def send(self, now_us: int, system: int, message: mavlink.MAVLink_message) -> None:
-        """Sends one message, as the companion of this system (0: not known yet)."""
+        """Sends one message, as the companion of this system (0: not known yet). Raises LinkError."""
         self.wire.system = system or STRANGER
         frame = self.wire.encode(message)
         if self._log is not None:

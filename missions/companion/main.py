@@ -70,7 +70,7 @@ class Runner:
         self._told_us, self._told = 0, ""
 
     def step(self) -> None:
-        """Waits for messages, at most `STEP_S`, and goes on."""
+        """Waits for messages, at most `STEP_S`, and goes on. Raises LinkError where nothing can ever be sent."""
         links = self.harness.links
         ready = wait(links, STEP_S)
         now_us = time.monotonic_ns() // 1000
@@ -219,6 +219,9 @@ def main(arguments: list[str] | None = None) -> int:
                 worked, idle_since_s = True, time.monotonic()
             elif status.phase == "done" or (worked and time.monotonic() - idle_since_s > idle_s):
                 break
+    except LinkError as error:
+        sys.stderr.write(f"sitl_emu.missions.companion.main: {error}\n")
+        return 1
     finally:
         runner.close()
     outcome = companion.status.outcome

@@ -1,5 +1,6 @@
 """The hardware runner: real sockets and clock, recorded frames, and what it says when it can't begin."""
 
+import errno
 import os
 import select
 import signal
@@ -158,10 +159,78 @@ def test_frames_of_a_stream_get_the_vehicles_time() -> None:
     assert clock.boot_us(8_100_000) == 8_100_000 - 7_004_000
 
 
-@pytest.mark.parametrize("url", ["", "udpin:", "udpin:0.0.0.0:99999", "tcp:1.2.3.4:5", "/dev/ttyS0:fast"])
+@pytest.mark.parametrize(
+    "url",
+    [
+        "",
+        "udpin:",
+        "udpin:0.0.0.0:99999",
+        "udpin:0.0.0.0:²",
+        "udpin:0.0.0.0:١٢٣",
+        "udpout:127.0.0.1:0",
+        "udpout:127.0.0.1:" + "9" * 5000,
+        "tcp:1.2.3.4:5",
+        "/dev/ttyS0:fast",
+        "/dev/ttyS0:²",
+    ],
+)
 def test_a_wrong_link_is_told_with_what_is_allowed(url: str) -> None:
     with pytest.raises(LinkError, match="allowed: "):
         open_port(url)
+
+
+@pytest.mark.parametrize("kind", ["udpin", "udpout"])
+def test_a_host_that_is_no_name_or_that_nobody_knows_is_told(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(LinkError, match=f"{kind}:a..b:15999: host 'a..b' can't be resolved .*give the host's address"):
+        open_port(f"{kind}:a..b:15999")
+
+    def unknown(*_: object) -> None:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    with pytest.raises(LinkError, match=f"{kind}:nosuch:14600: host 'nosuch' can't be resolved .Name or service not"):
+        open_port(f"{kind}:nosuch:14600")
+
+
+def test_a_name_is_looked_up_when_the_port_is_opened() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
+        vehicle.bind(("127.0.0.1", 0))
+        vehicle.settimeout(HEARD_LIMIT_S)
+        port = open_port(f"udpout:localhost:{vehicle.getsockname()[1]}")
+        assert port._remote == vehicle.getsockname()  # type: ignore[attr-defined]
+        port.send(b"hello")
+        assert vehicle.recv(16) == b"hello"
+        port.close()
+
+
+class Sends:
+    """A socket that fails."""
+
+    def __init__(self, error: OSError) -> None:
+        self.error = error
+
+    def sendto(self, data: bytes, address: object) -> None:
+        raise self.error
+
+
+@pytest.mark.parametrize("number", [errno.ECONNREFUSED, errno.ENETUNREACH, errno.EHOSTUNREACH, errno.EAGAIN])
+def test_what_may_pass_loses_a_frame(number: int) -> None:
+    port = open_port("udpout:127.0.0.1:9")
+    port.close()
+    port._socket = Sends(OSError(number, "passes"))  # type: ignore[attr-defined]
+    port.send(b"lost")
+    port._socket = Sends(TimeoutError("timed out"))  # type: ignore[attr-defined]
+    port.send(b"lost")
+
+
+@pytest.mark.usefixtures("signals_as_before")
+def test_an_address_to_which_nothing_can_be_sent_ends_it_with_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--mission", "agriculture-inspect", "--connect", "udpout:255.255.255.255:14600"]) == 1
+    told = capsys.readouterr().err
+    assert told.endswith(
+        "main: nothing can be sent to UDP 255.255.255.255:14600: Permission denied; give another address\n"
+    )
+    assert told.count("\n") == 1
 
 
 def test_a_port_in_use_is_told() -> None:
@@ -178,6 +247,10 @@ def test_a_port_in_use_is_told() -> None:
         (["--mission", "dance", "--connect", "udpin:127.0.0.1:0"], "there is no mission 'dance'"),
         (["--mission", "agriculture-scout", "--connect", "udpin:127.0.0.1:0"], "option plan: missing"),
         (["--mission", "agriculture-inspect", "--connect", "nowhere"], "'nowhere': no link"),
+        (
+            ["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", "--peer", "udpout:a..b:15999"],
+            "udpout:a..b:15999: host 'a..b' can't be resolved (no name of a host); correct the name",
+        ),
         (
             ["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", "--camera", "none"],
             "none: there is no",
