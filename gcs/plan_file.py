@@ -27,6 +27,9 @@ FENCE_CIRCLE_INCLUSION, FENCE_CIRCLE_EXCLUSION = 5003, 5004
 RALLY_POINT = 5100
 TRANSECT_ITEMS = ("survey", "CorridorScan")
 UNSET_INT = 0x7FFFFFFF
+LARGEST_FLOAT = 3.4028234663852886e38
+"""The largest that 32 bits hold; params, altitudes and radii travel so."""
+MOST_ITEMS = 65535
 
 
 class PlanError(ValueError):
@@ -72,9 +75,12 @@ class _Reader:
                 raise self.wrong(where, value, allowed)
         return named
 
-    def number(self, field: str, value: object, allowed: str, fits: Callable[[float], bool] = math.isfinite) -> float:
+    def number(self, field: str, value: object, allowed: str, fits: Callable[[float], bool] = lambda _: True) -> float:
+        """A number that travels in 32 bits."""
         if isinstance(value, bool) or not isinstance(value, int | float) or not fits(value):
             raise self.wrong(field, value, allowed)
+        if not abs(value) <= LARGEST_FLOAT:
+            raise self.wrong(field, value, f"{allowed}, within ±3.4e38")
         return float(value)
 
     def whole(self, field: str, value: object, allowed: str, fits: Callable[[int], bool]) -> int:
@@ -94,6 +100,13 @@ class _Reader:
 def read_plan(path: Path) -> FlightPlan:
     """Reads a plan file. Raises PlanError for what it can't use, and for a file that can't be read."""
     try:
+        return _read(path)
+    except RecursionError:
+        raise PlanError(f"{path}: nested too deeply; allowed: a plan as QGroundControl saves it") from None
+
+
+def _read(path: Path) -> FlightPlan:
+    try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise PlanError(f"{path}: {error.strerror}") from error
@@ -111,13 +124,17 @@ def read_plan(path: Path) -> FlightPlan:
     if len(home) != 3:
         raise reader.wrong("mission.plannedHomePosition", home, "[latitude, longitude, altitude]")
     altitude = reader.number("mission.plannedHomePosition[2]", home[2], "an altitude in m")
-    return FlightPlan(
+    plan = FlightPlan(
         _mission(reader, mission),
         _fence(reader, data.get("geoFence", {"polygons": [], "circles": []})),
         _rally(reader, data.get("rallyPoints", {"points": []})),
         (home[0], home[1], altitude),
         _area(reader, mission),
     )
+    for field, items in (("mission", plan.mission), ("geoFence", plan.fence), ("rallyPoints", plan.rally)):
+        if len(items) > MOST_ITEMS:
+            raise PlanError(f"{path}: {field}: {len(items)} items to upload; allowed: at most {MOST_ITEMS}")
+    return plan
 
 
 def _mission(reader: _Reader, mission: dict[str, Any]) -> tuple[MissionItem, ...]:
@@ -134,7 +151,11 @@ def _mission(reader: _Reader, mission: dict[str, Any]) -> tuple[MissionItem, ...
             simple += reader.each(transect, f"{field}.TransectStyleComplexItem", "Items", dict, "SimpleItem objects")
         else:
             raise reader.wrong(f"{field}.type", kind, "SimpleItem, ComplexItem")
-    jump_ids = {item.get("doJumpId"): seq for seq, (_, item) in enumerate(simple)}
+    jump_ids = {
+        reader.number(f"{field}.doJumpId", item["doJumpId"], "a number"): seq
+        for seq, (field, item) in enumerate(simple)
+        if item.get("doJumpId") is not None
+    }
     return tuple(_simple_item(reader, field, item, jump_ids) for field, item in simple)
 
 
@@ -162,24 +183,35 @@ def _simple_item(reader: _Reader, field: str, item: dict[str, Any], jump_ids: di
     if len(raw) != 7:
         raise reader.wrong(f"{field}.params", raw, "seven numbers or null")
     params = [
-        math.nan if value is None else reader.number(f"{field}.params[{i}]", value, "a number or null")
+        math.nan if _is_unset(value) else reader.number(f"{field}.params[{i}]", value, "a number or null")
         for i, value in enumerate(raw)
     ]
     if command == DO_JUMP:
         if params[0] not in jump_ids:
             raise reader.wrong(f"{field}.params[0]", raw[0], "the doJumpId of an item of this plan")
         params[0] = jump_ids[params[0]]
-    if frame in GLOBAL_FRAMES and None not in raw[4:6]:
+    if frame in GLOBAL_FRAMES and not any(map(_is_unset, raw[4:6])):
         x, y = reader.position(f"{field}.params[4:6]", raw[4:6])
     elif frame in GLOBAL_FRAMES:
         x, y = UNSET_INT, UNSET_INT
     else:
-        x, y = (UNSET_INT if math.isnan(value) else round(value) for value in params[4:6])
+        x, y = (_whole_x(reader, f"{field}.params[{i}]", params[i]) for i in (4, 5))
     autocontinue = item.get("autoContinue", True)
     if not isinstance(autocontinue, bool):
         raise reader.wrong(f"{field}.autoContinue", autocontinue, "true, false")
     p1, p2, p3, p4, _, _, z = params
     return MissionItem(frame, command, p1, p2, p3, p4, x, y, z, int(autocontinue))
+
+
+def _is_unset(value: object) -> bool:
+    return value is None or (isinstance(value, float) and math.isnan(value))
+
+
+def _whole_x(reader: _Reader, field: str, value: float) -> int:
+    """Param 5 or 6 of an item without a place on the globe."""
+    if math.isnan(value):
+        return UNSET_INT
+    return reader.whole(field, round(value), "-2147483648 to 2147483647, or null", lambda x: -(2**31) <= x < 2**31)
 
 
 def _fence(reader: _Reader, fence: object) -> tuple[MissionItem, ...]:

@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.geodesy import distance_m, from_metres
+from sitl_emu.gcs.mission import MissionUpload
 from sitl_emu.gcs.plan_file import PlanError, read_plan, survey_plan, transects, write_plan
 
 HOME = (40.47, -86.99, 215.0)
@@ -74,6 +76,10 @@ def test_a_plan_of_qgroundcontrol_is_read(tmp_path: Path) -> None:
     assert read_back.area == ()
 
 
+def circle(radius: float) -> list[Any]:
+    return [{"circle": {"center": [47.4, 8.55], "radius": radius}, "inclusion": False, "version": 1}]
+
+
 WRONG = [
     (("fileType",), "Parameters", 'fileType: "Parameters"; allowed: "Plan"'),
     (("version",), 2, "version: 2; allowed: 1"),
@@ -86,6 +92,44 @@ WRONG = [
     (("mission", "items", 2, "complexItemType"), "StructureScan", "allowed: survey, CorridorScan"),
     (("geoFence", "polygons", 0, "polygon"), [[1, 2], [3, 4]], "allowed: three corners or more"),
     (("geoFence", "polygons", 0, "inclusion"), "yes", 'polygons[0].inclusion: "yes"; allowed: true, false'),
+    (
+        ("mission", "items", 0, "params", 1),
+        1e300,
+        "items[0].params[1]: 1e+300; allowed: a number or null, within ±3.4e38",
+    ),
+    (
+        ("mission", "items", 0, "params", 6),
+        -math.inf,
+        "items[0].params[6]: -Infinity; allowed: a number or null, within",
+    ),
+    (("mission", "items", 0, "params", 6), 10**399, "items[0].params[6]: 1000"),
+    (("mission", "items", 0, "params", 5), 10**399, "items[0].params[5]: 1000"),
+    (("mission", "items", 1, "params", 4), 2**31, "items[1].params[4]: 2147483648; allowed: -2147483648 to 2147483647"),
+    (("mission", "items", 1, "params", 5), -3e9, "items[1].params[5]: -3000000000; allowed: -2147483648 to 2147483647"),
+    (("mission", "items", 0, "doJumpId"), [1], "mission.items[0].doJumpId: [1]; allowed: a number"),
+    (("mission", "plannedHomePosition", 2), 10**399, "mission.plannedHomePosition[2]: 1000"),
+    (
+        ("geoFence", "circles"),
+        circle(math.inf),
+        "circles[0].circle.radius: Infinity; allowed: a radius in m above 0, wit",
+    ),
+    (
+        ("geoFence", "circles"),
+        circle(1e300),
+        "circles[0].circle.radius: 1e+300; allowed: a radius in m above 0, within",
+    ),
+    (("geoFence", "circles"), circle(10**399), "geoFence.circles[0].circle.radius: 1000"),
+    (("geoFence", "circles"), circle(math.nan), "circles[0].circle.radius: NaN; allowed: a radius in m above 0"),
+    (
+        ("geoFence", "polygons", 0, "polygon"),
+        [[1, 2]] * 65536,
+        "geoFence: 65536 items to upload; allowed: at most 65535",
+    ),
+    (
+        ("rallyPoints", "points", 0, 2),
+        1e300,
+        "rallyPoints.points[0][2]: 1e+300; allowed: an altitude above home in m, wi",
+    ),
     (("rallyPoints", "points", 0), [1, 2], "rallyPoints.points[0]: [1, 2]; allowed: [latitude, longitude, altitude]"),
 ]
 
@@ -117,6 +161,24 @@ def test_a_survey_without_generated_items_is_told(tmp_path: Path) -> None:
 def test_what_is_no_plan_is_told(text: str, tmp_path: Path) -> None:
     with pytest.raises(PlanError, match=r"a\.plan: "):
         read(text, tmp_path)
+
+
+def test_what_is_nested_deeply_is_told(tmp_path: Path) -> None:
+    for deep in (1000, 100_000):
+        with pytest.raises(PlanError, match=r"a\.plan: nested too deeply; allowed: a plan as QGroundControl saves it"):
+            read('{"fileType": ' + "[" * deep + "]" * deep + "}", tmp_path)
+
+
+def test_the_largest_numbers_travel_and_unset_ones_may_be_nan(tmp_path: Path) -> None:
+    data = plan()
+    largest = 3.4028234663852886e38
+    data["mission"]["items"][0]["params"] = [largest, -largest, None, math.nan, math.nan, 8.0, largest]
+    data["mission"]["items"][1]["params"][4:6] = [2**31 - 1, -(2**31)]
+    upload = MissionUpload(1, read(data, tmp_path).mission)
+    for seq in (0, 1):
+        upload._item(seq).pack(mavlink.MAVLink(None))
+    item = upload.items[0]
+    assert math.isnan(item.param3) and math.isnan(item.param4) and item.x == item.y == 0x7FFFFFFF
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
