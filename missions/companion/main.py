@@ -37,6 +37,7 @@ from sitl_emu.missions.registry import MissionError, make_companion, programs
 
 STEP_S = 0.02
 STATUS_EVERY_US = 5_000_000
+LONGEST_LATENCY_S = 60.0
 
 
 class Runner:
@@ -186,11 +187,19 @@ def prepare_log_dir(folder: Path) -> None:
         raise MissionError(f"--log-dir {folder}: can't write there: {error.strerror}; name another folder") from None
 
 
+def latency_us(seconds: float) -> int:
+    """In microseconds; raises MissionError with the remedy."""
+    if not 0.0 <= seconds <= LONGEST_LATENCY_S:
+        raise MissionError(f"--camera-latency {seconds:g}: allowed: seconds, 0 to {LONGEST_LATENCY_S:g}")
+    return round(seconds * 1e6)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Runs until the mission is done or somebody stops it. Returns 0 for success, 1 for not, 2 for no start."""
     given = parse(sys.argv[1:] if arguments is None else arguments)
     ports: dict[str, Port] = {}
     try:
+        latency = latency_us(given.camera_latency)
         companion = make_companion(given.mission, options_of(given))
         if given.log_dir is not None:
             prepare_log_dir(given.log_dir)
@@ -200,7 +209,7 @@ def main(arguments: list[str] | None = None) -> int:
         cv2.setNumThreads(1)
         camera = open_camera(given.camera) if given.camera else None
         feeds = [open_feed(url) for url in given.feed]
-        runner = Runner(companion, ports, camera, given.log_dir, round(given.camera_latency * 1e6), feeds)
+        runner = Runner(companion, ports, camera, given.log_dir, latency, feeds)
     except (MissionError, LinkError, CameraError, FeedError, OSError) as error:
         for port in ports.values():
             port.close()

@@ -256,6 +256,13 @@ def test_a_port_in_use_is_told() -> None:
             "none: there is no",
         ),
         (["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", "--option", "x"], "NAME=VALUE"),
+        *(
+            (
+                ["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", f"--camera-latency={seconds}"],
+                f"--camera-latency {seconds}: allowed: seconds, 0 to 60",
+            )
+            for seconds in ("nan", "inf", "-inf", "1e+305", "-1")
+        ),
         (
             ["--mission", "agriculture-inspect", "--connect", "udpin:127.0.0.1:0", "--log-dir", "/dev/null/logs"],
             "--log-dir /dev/null/logs: can't write there: Not a directory; name another folder",
