@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from sitl_emu import __version__, cli_campaign, cli_world
-from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, finite, refuse, say, speed_of, wanted_of
+from sitl_emu.cli_words import LAST_INSTANCE, MOST_SEED, PARCEL, finite, refuse, say, speed_of, wanted_of
 
 app = typer.Typer(
     name="sitl-emu",
@@ -79,7 +79,9 @@ def run(
     ] = "1",
     seed: Annotated[
         int | None,
-        typer.Option(min=0, metavar="S", help="Other seed, other world and noise. [default: the scenario's]"),
+        typer.Option(
+            min=0, max=MOST_SEED, metavar="S", help="Other seed, other world and noise. [default: the scenario's]"
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the run. [default: runs/SCENARIO-TIME]")
@@ -250,7 +252,9 @@ def launch(
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other --world and noise.")] = 1,
+    seed: Annotated[
+        int, typer.Option(min=0, max=MOST_SEED, metavar="S", help="Other seed, other --world and noise.")
+    ] = 1,
     per_process: Annotated[
         int | None,
         typer.Option(

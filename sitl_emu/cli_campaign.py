@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from sitl_emu.cli_words import refuse
+from sitl_emu.cli_words import MOST_SEED, refuse
 
 
 def campaign(
@@ -27,7 +27,10 @@ def campaign(
     seed: Annotated[
         int | None,
         typer.Option(
-            min=0, metavar="S", help="Of each arm's first run; the next have S+1 and so on. [default: the scenario's]"
+            min=0,
+            max=MOST_SEED,
+            metavar="S",
+            help="Of each arm's first run; the next have S+1 and so on. [default: the scenario's]",
         ),
     ] = None,
     workers: Annotated[

@@ -10,6 +10,8 @@ import typer
 BAD_INPUT = 2
 LAST_INSTANCE = 249
 """Its system id is 250, PX4's largest."""
+MOST_SEED = 2**53
+"""A scenario's, too: options carry whole numbers exactly up to here."""
 PARCEL = "Vehicles with a release (responder) carry a parcel; MAV_CMD_DO_GRIPPER or DO_SET_ACTUATOR drops it."
 
 

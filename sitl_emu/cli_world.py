@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from sitl_emu.cli_words import LAST_INSTANCE, PARCEL, finite, refuse, say, speed_of, wanted_of
+from sitl_emu.cli_words import LAST_INSTANCE, MOST_SEED, PARCEL, finite, refuse, say, speed_of, wanted_of
 
 SERVE = "serve"
 
@@ -37,7 +37,9 @@ World = Annotated[
         help="A kind (corn_field, urban_flood, ...), a world file (.yaml), or a Gazebo world (.sdf, .world).",
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, metavar="S", help="Other seed, other world of this kind, and other noise.")]
+Seed = Annotated[
+    int, typer.Option(min=0, max=MOST_SEED, metavar="S", help="Other seed, other world of this kind, and other noise.")
+]
 At = Annotated[float, typer.Option(min=0.0, callback=finite, metavar="S", help="The simulated time, s.")]
 Options = Annotated[
     list[str] | None,

@@ -12,6 +12,7 @@ import yaml
 from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 from sitl_emu.missions import registry
+from sitl_emu.missions.companion.swarm.key import MOST_SEED
 from sitl_emu.run import worlds
 from sitl_emu.run.scenario_parts.faults import EventPart, FaultKind, FaultPart
 from sitl_emu.run.scenario_parts.feeds import CameraPart, DepthPart, DistortionPart, LidarPart, MountPart
@@ -34,7 +35,7 @@ class Scenario(Part):
     format: Literal[1] = 1
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,60}$")]
     description: str = ""
-    seed: Annotated[int, Field(ge=0)] = 1
+    seed: Annotated[int, Field(ge=0, le=MOST_SEED)] = 1
     start_date: datetime = datetime(2026, 6, 15, 9, 0, tzinfo=UTC)
     time_limit_s: Annotated[float, Field(gt=0, le=LONGEST_RUN_S)] = 1800.0
     world: WorldPart

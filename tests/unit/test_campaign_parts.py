@@ -261,6 +261,10 @@ def refused(*words: str) -> str:
     [
         (("agricultur", "--runs", "2"), "there is no scenario 'agricultur'; missions bring: agriculture"),
         (("agriculture", "--runs", "0"), "--runs"),
+        (
+            ("agriculture", "--runs", "2", "--seed", "9007199254740992"),
+            "--runs 2 from seed 9007199254740992 on: the largest is 9007199254740992; take a smaller --seed",
+        ),
         (("agriculture",), "Missing option '--runs'"),
         (("agriculture", "--runs", "2", "--keep", "some"), "--keep some: give all, failed or none"),
         (("agriculture", "--runs", "2", "--dask", "tcp://x", "--workers", "2"), "give one of them"),

@@ -73,6 +73,17 @@ def test_every_command_explains_itself(command: str) -> None:
         (("launch", "iris:3", "rover:2", "--instance", "246"), "the last instance is 249"),
         (("run", "agriculture", "--speed", "0"), "--speed 0: give a number above 0"),
         (("run", "agriculture", "--seed", "-1"), "-1 is not in the range"),
+        *(
+            ((*command, "--seed", "9007199254740993"), "9007199254740993 is not in the range 0<=x<=9007199254740992")
+            for command in (
+                ("run", "disaster-together"),
+                ("launch", "iris"),
+                ("world", "flat", "--vehicle", "iris"),
+                ("world", "preview", "flat"),
+                ("world", "export", "flat"),
+                ("campaign", "disaster-together", "--runs", "1"),
+            )
+        ),
         (("run", "agriculture", "--instance", "249"), "instances end at 249"),
         (("run", "agriculture", "--instance", "9"), "would share UDP port 14549"),
         (("detect", "x.mp4", "--model", "field", "--score", "nan"), "--score nan: give a finite number"),
@@ -104,6 +115,10 @@ def test_a_launch_refuses_a_state_folder_that_cannot_hold_files(tmp_path: Path) 
         (("{kind: corn_field}", "{kind: corn_field, options: {siz_m: 1}}"), "no option 'siz_m'; it knows size_m"),
         (("{kind: corn_field}", "{kind: corn_field, options: {size_m: [9, 9]}}"), "must be 60 to 400 m"),
         (("name: small", "seed: -1\nname: small"), "seed: -1: Input should be greater than or equal to 0"),
+        (
+            ("name: small", "seed: 9007199254740993\nname: small"),
+            "seed: 9007199254740993: Input should be less than or equal to 9007199254740992",
+        ),
         (
             ("start: home}", "camera: {mount: nadir}, companion: {mission: farming}}"),
             "there is no mission 'farming'; there are:",

@@ -17,6 +17,7 @@ from typing import NamedTuple
 from rich.console import Console
 
 from sitl_emu.missions import registry
+from sitl_emu.missions.companion.swarm.key import MOST_SEED
 from sitl_emu.missions.mission import Mission
 from sitl_emu.missions.reporting import Section, Table
 from sitl_emu.run import checks, preflight
@@ -61,6 +62,10 @@ def campaign(wanted: Wanted, console: Console) -> int:
     path = find(wanted.scenario)
     arms = arms_of(path, [variation(text) for text in wanted.vary])
     seed = arms[0].scenario.seed if wanted.seed is None else wanted.seed
+    if seed + wanted.runs - 1 > MOST_SEED:
+        raise Trouble(
+            f"campaign: --runs {wanted.runs} from seed {seed} on: the largest is {MOST_SEED}; take a smaller --seed"
+        )
     isolated = _checked(arms, seed, path, wanted)
     identity = store.identity_of(path.stem, seed, arms)
     folder = wanted.out or Path("runs") / f"campaign-{path.stem}-{identity.digest}"
