@@ -50,10 +50,11 @@ class Child:
 def start_process(title: str, module: str, config: configs.ProcessConfig, end: socket.socket, folder: Path) -> Child:
     """One of ours, `sitl_emu.run.MODULE`, with its end of the control channel; it logs in `folder`.
 
-    What it is told is its standard input: an argument holds 128 KiB, and an area of many corners is more.
+    What it is told is its standard input: an argument holds 128 KiB, and an area of many corners is more. Title and
+    folder are arguments for people, who see in a list of processes which is what.
     """
     log = folder / "logs" / f"{title.replace(' ', '-')}.log"
-    arguments = [sys.executable, "-P", "-m", f"sitl_emu.run.{module}", str(end.fileno())]
+    arguments = [sys.executable, "-P", "-m", f"sitl_emu.run.{module}", str(end.fileno()), title, str(folder)]
     with log.open("wb") as output, _in_memory(configs.written(config)) as told:
         process = subprocess.Popen(
             arguments,

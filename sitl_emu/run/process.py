@@ -23,7 +23,7 @@ class StartError(Exception):
 def main(
     run: Callable[[configs.Config, ControlChannel], None], kind: type[configs.Config], other: str = "the world process"
 ) -> NoReturn:
-    """Run a process of a run: `python -m … CONTROL_FD`; its standard input is a record of `kind`, written as JSON.
+    """Run a process of a run: `python -m … CONTROL_FD TITLE FOLDER`; its standard input is a record of `kind`, as JSON.
 
     Ctrl-C is the launcher's to hear. When the world process has gone the run is over, and this process ends in peace.
     """

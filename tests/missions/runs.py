@@ -88,7 +88,7 @@ class Run:
             if folder.name.isdigit():
                 with contextlib.suppress(OSError):
                     words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
-                    if len(words) > 5 and words[3].startswith("sitl_emu.run.") and str(self.out) in words[5]:
-                        name = yaml.safe_load(words[5]).get("name", "")
+                    if len(words) > 6 and words[3].startswith("sitl_emu.run.") and str(self.out) in words[6]:
+                        _, _, name = words[5].partition(" ")
                         found[f"{words[3].removeprefix('sitl_emu.run.')} {name}".strip()] = int(folder.name)
         return found
