@@ -92,6 +92,7 @@ class UdpPort:
         port). `wait_s`: how long `receive` waits for a datagram.
         """
         self._remote, self._follow, self._remote_alone = remote, remote is None, remote_alone
+        self._sent = False
         self._socket = local if isinstance(local, socket.socket) else socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
         self._socket.settimeout(wait_s)
@@ -128,12 +129,13 @@ class UdpPort:
                 return data
 
     def send(self, frame: bytes) -> None:
-        """Send a datagram, to nobody as long as nobody is known."""
+        """Send a datagram, to nobody as long as nobody is known. Where one could be sent before, none ends a flight."""
         if self._remote is not None:
             try:
                 self._socket.sendto(frame, self._remote)
+                self._sent = True
             except OSError as error:
-                if not isinstance(error, TimeoutError) and error.errno not in TRANSIENT:
+                if not self._sent and not isinstance(error, TimeoutError) and error.errno not in TRANSIENT:
                     host, port = self._remote
                     raise LinkError(
                         f"nothing can be sent to UDP {host}:{port}: {error.strerror}; give another address"

@@ -223,6 +223,17 @@ def test_what_may_pass_loses_a_frame(number: int) -> None:
     port.send(b"lost")
 
 
+def test_what_could_be_sent_once_ends_no_flight_later() -> None:
+    port = open_port("udpout:127.0.0.1:9")
+    port.send(b"sent")
+    port.close()
+    port._socket = Sends(OSError(errno.EACCES, "Permission denied"))  # type: ignore[attr-defined]
+    port.send(b"lost")
+    port._sent = False  # type: ignore[attr-defined]
+    with pytest.raises(LinkError, match=r"nothing can be sent to UDP 127\.0\.0\.1:9: Permission denied"):
+        port.send(b"never")
+
+
 @pytest.mark.usefixtures("signals_as_before")
 def test_an_address_to_which_nothing_can_be_sent_ends_it_with_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--mission", "agriculture-inspect", "--connect", "udpout:255.255.255.255:14600"]) == 1
