@@ -83,6 +83,8 @@ class Records:
         self._masks = 0, mask(self._faults)
         self._flag_changes = self._fault_changes = self._event_changes = 0
         self._biases: tuple[Vector3, Vector3, Vector3] = (NAN3, NAN3, NAN3)
+        self._baro_bias_m = self._gnss_hgt_bias_m = 0.0
+        """As told last; 0 before, so that a sensor without a bias tells of none."""
         self._gps_sample_us = self._steps = 0
         self._stable = (StableBias(), StableBias(), StableBias())
         """Of gyro, accelerometer and magnetometer."""
@@ -139,7 +141,8 @@ class Records:
         if new(0, fusion.baro.aid):
             topics.estimator_aid_src_baro_hgt = record_1d(fusion.baro.aid, now_us, BARO_DEVICE)
             status = self._ekf.baro_bias.status
-            if abs(status.bias - topics.estimator_baro_bias.bias) > HEIGHT_BIAS_CHANGE_M:
+            if abs(status.bias - self._baro_bias_m) > HEIGHT_BIAS_CHANGE_M:
+                self._baro_bias_m = status.bias
                 topics.estimator_baro_bias = _bias(status, now_us, fusion.baro.aid.timestamp_sample, BARO_DEVICE)
         if new(1, fusion.magnetometer.aid):
             topics.estimator_aid_src_mag = record_3d(fusion.magnetometer.aid, now_us, MAG_DEVICE)
@@ -151,7 +154,8 @@ class Records:
         if new(4, fusion.gnss_height.aid):
             topics.estimator_aid_src_gnss_hgt = record_1d(fusion.gnss_height.aid, now_us)
             status = self._ekf.gnss_hgt_bias.status
-            if abs(status.bias - topics.estimator_gnss_hgt_bias.bias) > HEIGHT_BIAS_CHANGE_M:
+            if abs(status.bias - self._gnss_hgt_bias_m) > HEIGHT_BIAS_CHANGE_M:
+                self._gnss_hgt_bias_m = status.bias
                 topics.estimator_gnss_hgt_bias = _bias(status, now_us, fusion.gnss_height.aid.timestamp_sample, 0)
         if new(5, fusion.gravity.aid):
             topics.estimator_aid_src_gravity = record_3d(fusion.gravity.aid, now_us)

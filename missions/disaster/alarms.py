@@ -49,6 +49,5 @@ class Alarms:
 
 
 def _confirming(frames: int, score: float) -> Confirming:
-    return Confirming(
-        frames, score, report_score=0.0, hit_share=0.0, gate_m=SAME_M, merge_m=SAME_M, pass_by=False
-    )  # fmt: skip
+    """What is reported is confirmed, and nothing else is asked of it."""
+    return Confirming(frames, score, report_score=0.0, hit_share=0.0, gate_m=SAME_M, merge_m=SAME_M, pass_by=False)

@@ -185,7 +185,6 @@ class _Stream:
         """Give the socket back."""
         import av
 
-        with contextlib.suppress(
-            OSError, av.error.FFmpegError
-        ):  # it writes what it has left, which can't be sent either
+        # it writes what it has left, which can't be sent either
+        with contextlib.suppress(OSError, av.error.FFmpegError):
             self._output.close()

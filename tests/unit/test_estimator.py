@@ -42,6 +42,33 @@ def test_knows_where_it_is_four_seconds_after_power_on() -> None:
     assert place.valid and place.alt == pytest.approx(ALT_M, abs=0.5)
 
 
+@pytest.mark.parametrize(("logged", "states", "status"), [(True, 125, 125), (False, 2, 9)])
+def test_what_only_a_log_takes_at_every_step_is_told_seldom_without_one(logged: bool, states: int, status: int) -> None:
+    """PX4 publishes with each step of the filter, 125 times a second (EKF2.cpp)."""
+    feed = Feed()
+    feed.run(4.0)
+    feed.estimator.records.logged = logged
+    told = {name: set[int]() for name in ("estimator_states", "estimator_innovations", "estimator_status")}
+    for _ in range(500):
+        feed.step()
+        for name, times in told.items():
+            times.add(getattr(feed.topics, name).timestamp)
+    for name, times in told.items():
+        wanted = status if name == "estimator_status" else states
+        assert len(times) / 2.0 == pytest.approx(wanted, abs=1.0), name
+
+
+def test_a_height_bias_is_told_when_it_has_changed() -> None:
+    """The reference's, GNSS here, is none and never is told; the barometer's follows it (PublishBaroBias)."""
+    feed = Feed(EKF2_HGT_REF=1.0)
+    told = set[float]()
+    for _ in range(2000):
+        feed.step()
+        told.add(feed.topics.estimator_baro_bias.bias)
+    assert len(told) > 20
+    assert feed.topics.estimator_gnss_hgt_bias.timestamp == 0
+
+
 def test_the_place_on_earth_comes_with_each_local_position() -> None:
     """A hundred times a second to who asks for so many (a real PX4's GLOBAL_POSITION_INT)."""
     feed = Feed()

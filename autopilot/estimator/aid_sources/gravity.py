@@ -1,7 +1,8 @@
 """Roll and pitch from where gravity is felt, while nothing aids horizontally (bit 2 of EKF2_IMU_CTRL).
 
 PX4's EKF2 (EKF/aid_sources/gravity/gravity_fusion.cpp, v1.18). PX4 fuses at every step; here the mean of some steps is
-fused, and weighs as much as they do together. What is not fused is worked out ten times a second, for the log.
+fused, and weighs as much as they do together. What is not fused is worked out eight times a second (every 100 ms, when
+it is looked after), for the log.
 """
 
 import math
