@@ -46,7 +46,6 @@ from tools import parameter_readers
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "coverage.md"
-REFERENCES = ("sihsim_hex", "sihsim_rover_ackermann")
 LINKS = {
     "ground station": "normal",
     "onboard": "onboard",

@@ -86,11 +86,6 @@ def logged_message(severity: int, now_us: int, text: str) -> bytes:
     return message("L", struct.pack("<BQ", ord("0") + severity, now_us) + text.encode())
 
 
-def dropout(duration_ms: int) -> bytes:
-    """Data of so long a time is missing here."""
-    return message("O", struct.pack("<H", min(duration_ms, 0xFFFF)))
-
-
 def parse_fields(text: str) -> tuple[Field, ...]:
     """Fields of "uint64_t timestamp; float[4] q"."""
     pairs = (field.split() for field in text.split(";") if field.strip())

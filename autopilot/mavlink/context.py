@@ -4,7 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from sitl_emu.autopilot.constants import MOST_ROTORS
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.topics import ActuatorOutputs, Topics, VehicleCommand
@@ -41,7 +40,6 @@ class Context:
         self._version = self.parameters.version
         self.mav_type = int(self.parameters["MAV_TYPE"])
         self.forward_heartbeats = bool(self.parameters["MAV_HB_FORW_EN"])
-        self.motor_count = max(0, min(MOST_ROTORS, int(self.parameters["CA_ROTOR_COUNT"])))
         self.traits = VehicleKind.of_mav_type(self.mav_type).traits
 
     def actuator_outputs(self) -> ActuatorOutputs | None:

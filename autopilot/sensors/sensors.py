@@ -95,7 +95,6 @@ GAS_CONSTANT_J_KG_K: Final = 287.1
 ABSOLUTE_ZERO_C: Final = -273.15
 AMBIENT_C: Final = 15.0
 """Of the air, as no barometer inside a vehicle knows it (DEFAULT_TEMPERATURE_CELSIUS, VehicleAirData.cpp)."""
-QUALITY_STEPS: Final = 99
 
 
 class GpsQuality(NamedTuple):

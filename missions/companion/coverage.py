@@ -57,13 +57,6 @@ class Line(NamedTuple):
         return Line(self.end_m, self.start_m)
 
 
-class Left(NamedTuple):
-    """Where a scan was left: the number of the line that was flown, and the place."""
-
-    line: int
-    place_m: Corner
-
-
 def footprint(camera: CameraModel, height_m: float) -> Footprint:
     """Of a camera that looks straight down from a height above the ground, without its lens' distortion.
 
@@ -144,25 +137,6 @@ def way_m(lines: Sequence[Line], start_m: Corner | None = None) -> float:
     froms = [start_m, *(line.end_m for line in lines)]
     between = [math.dist(a, line.start_m) for a, line in zip(froms, lines, strict=False) if a is not None]
     return sum(between) + sum(line.length_m for line in lines)
-
-
-def resumed(lines: Sequence[Line], left: Left, back_m: float = 0.0) -> list[Line]:
-    """The lines still to be flown, the first of them from where it was left.
-
-    The place's foot on that line counts. `back_m`: so much of what was flown is flown again, within that line, for
-    what a camera saw only in part.
-    """
-    if not 0 <= left.line < len(lines):
-        return []
-    begun = lines[left.line]
-    (n, e), (n0, e0), (n1, e1) = left.place_m, *begun
-    length = begun.length_m
-    flown_m = ((n - n0) * (n1 - n0) + (e - e0) * (e1 - e0)) / length - back_m if length > 0.0 else 0.0
-    if flown_m >= length:
-        return list(lines[left.line + 1 :])
-    share = max(0.0, flown_m) / length if length > 0.0 else 0.0
-    rest = Line((n0 + share * (n1 - n0), e0 + share * (e1 - e0)), begun.end_m)
-    return [rest, *lines[left.line + 1 :]]
 
 
 def _uncrossed(way: list[Line], start_m: Corner | None, i: int, j: int) -> bool:

@@ -13,8 +13,6 @@ from sitl_emu.missions.companion.detector import Detector
 from sitl_emu.missions.companion.perception import Known
 from sitl_emu.missions.companion.yolo import OnnxDetector
 
-LABELS = ("water_body", "debris_field", "fire_region")
-"""The paper's classes."""
 SCATTERED = ("debris_field",)
 """Of these a picture from low shows pieces, and does not tell where they end (`flight.WHOLE`)."""
 SPREADING = ("fire_region",)

@@ -208,7 +208,7 @@ CODECS: dict[type, _Codec] = {
         b"\x32",
         HEARTBEAT_LAYOUT.size,
         _pack_state,
-        lambda payload: AutopilotState(HEARTBEAT_LAYOUT.unpack(payload)[4]),
+        _unpack_state,
     ),
     CameraTrigger: _Codec(112, b"\xae", CAMERA_TRIGGER_LAYOUT.size, _pack_trigger, _unpack_trigger),
     PictureTaken: _Codec(263, b"\x85", CAMERA_IMAGE_CAPTURED_LAYOUT.size, _pack_picture, _unpack_picture),

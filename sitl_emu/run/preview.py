@@ -18,7 +18,6 @@ from sitl_emu.world.world import World
 WIDTH, HEIGHT = 640, 480
 FOCAL_PX = 320.0
 """Of a lens that sees 90 degrees across."""
-FILES = ("map.png", "truth.json", worlds.KEPT_AS)
 
 
 def picture(renderer: Renderer, world: World, look: Look, time_s: float) -> npt.NDArray[np.uint8]:

@@ -161,10 +161,6 @@ class World:
         self.solids.set_time(time_s)
         return self.solids.touching(body, place, q, 0.0)
 
-    def wind_at(self, height_m: float, time_us: int) -> Vector3:
-        """Velocity of the air (NED, m/s) at a height over ground; times must not go backwards."""
-        return self.wind.at(time_us, height_m)
-
     def truth(self, time_s: float) -> dict[str, Any]:
         """For scoring and maps: the area's outline, and what has a label, where it is then; JSON values.
 

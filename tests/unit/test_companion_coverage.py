@@ -11,13 +11,11 @@ from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, camera_
 from sitl_emu.missions.companion.coverage import (
     CoverageError,
     Footprint,
-    Left,
     Line,
     footprint,
     lawnmower,
     ordered,
     polygon,
-    resumed,
     unseen,
     way_m,
 )
@@ -152,32 +150,6 @@ def test_an_order_keeps_every_line_and_no_line_is_better_turned(lines: list[Line
 def test_an_order_is_that_of_a_lawnmower() -> None:
     shuffled = [Line((0.0, e), (50.0, e)) for e in (20.0, 0.0, 30.0, 10.0)]
     assert [line.start_m for line in ordered(shuffled, (0.0, -1.0))] == [(0, 0), (50, 10), (0, 20), (50, 30)]
-
-
-@given(number=st.integers(0, 6), share=SHARES, aside_m=st.floats(-10.0, 10.0), back_m=st.floats(0.0, 30.0))
-def test_what_was_flown_and_what_is_resumed_are_the_whole(
-    number: int, share: float, aside_m: float, back_m: float
-) -> None:
-    area = polygon(L_SHAPE)
-    lines = lawnmower(area, SEEN, 0.25)
-    number %= len(lines)
-    begun, at = lines[number], on(lines[number], share)
-    (n0, e0), (n1, e1) = begun
-    aside = (at[0] - aside_m * (e1 - e0) / begun.length_m, at[1] + aside_m * (n1 - n0) / begun.length_m)
-    rest = resumed(lines, Left(number, aside), back_m)
-    flown = [*lines[:number], Line(begun.start_m, at)] if share > 1e-3 else lines[:number]
-    assert not unseen(area, [*flown, *rest], SEEN)
-    again = min(back_m, share * begun.length_m)
-    total = sum(line.length_m for line in lines[:number]) + share * begun.length_m + sum(x.length_m for x in rest)
-    assert total == pytest.approx(sum(line.length_m for line in lines) + again, abs=1e-3)
-
-
-def test_a_scan_that_has_ended_resumes_with_nothing() -> None:
-    lines = [Line((0.0, 0.0), (10.0, 0.0)), Line((10.0, 5.0), (0.0, 5.0))]
-    assert resumed(lines, Left(2, (0.0, 5.0))) == []
-    assert resumed(lines, Left(1, (-1.0, 5.0))) == []
-    assert resumed(lines, Left(0, (12.0, 0.0))) == lines[1:]
-    assert resumed(lines, Left(0, (-3.0, 1.0))) == lines
 
 
 @pytest.mark.parametrize(

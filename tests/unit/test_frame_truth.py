@@ -8,7 +8,7 @@ import pytest
 from sitl_emu.world.render.burning import EMBERS_S
 from sitl_emu.world.render.raster import Pinhole
 from sitl_emu.world.render.scene import MeshScene, View
-from sitl_emu.world.render.truth import Area, mask_of, regions_in, things_in
+from sitl_emu.world.render.truth import Area, Seen, mask_of, masked_regions, things_in
 from tests.unit.test_render import DOWN, NOWHERE, world_of
 
 WIDTH, HEIGHT, FOCAL = 320, 240, 160.0
@@ -57,6 +57,10 @@ def test_what_reaches_beyond_the_picture_is_cut() -> None:
     assert a.hidden == 0.0  # what lies beyond the picture is cut, not hidden
 
 
+def regions_in(scene: MeshScene, view: View, camera: Pinhole, area: Area) -> list[Seen]:
+    return [seen for seen, _ in masked_regions(scene, view, camera, [area])]
+
+
 def pond(name: str, south: float, west: float, north: float, east: float, level: float = 0.5) -> Any:
     corners = [[south, west], [south, east], [north, east], [north, west]]
     return {"name": name, "polygon_m": corners, "level_m": level}
@@ -65,7 +69,7 @@ def pond(name: str, south: float, west: float, north: float, east: float, level:
 def test_waters_that_nearly_touch_are_one_region() -> None:
     ponds = [pond("a", 0, -9, 4, -4), pond("b", 0, -2, 4, 4), pond("c", 0, 10, 4, 14)]
     scene, view, camera = seen_from(20.0, water=ponds)
-    regions = sorted(regions_in(scene, view, camera, [WATER]), key=lambda each: each.box)
+    regions = sorted(regions_in(scene, view, camera, WATER), key=lambda each: each.box)
     assert len(regions) == 2
     both, alone = regions
     metre = FOCAL / 19.5
@@ -76,13 +80,13 @@ def test_waters_that_nearly_touch_are_one_region() -> None:
 
 def test_of_a_lake_larger_than_the_picture_it_is_the_part_that_is_seen() -> None:
     scene, view, camera = seen_from(20.0, water=[pond("lake", -90, -90, 90, 90)])
-    (lake,) = regions_in(scene, view, camera, [WATER])
+    (lake,) = regions_in(scene, view, camera, WATER)
     assert (lake.box, lake.is_cut, lake.whole_box) == ((0.0, 0.0, WIDTH, HEIGHT), True, None)
 
 
 def test_a_puddle_is_ignored_but_told() -> None:
     scene, view, camera = seen_from(20.0, water=[pond("puddle", 0, 0, 1.5, 1.5)])
-    (puddle,) = regions_in(scene, view, camera, [WATER])
+    (puddle,) = regions_in(scene, view, camera, WATER)
     assert puddle.is_ignored
 
 
@@ -103,11 +107,11 @@ def test_loose_pieces_are_ignored_and_make_no_ruin_larger() -> None:
     ruin = Area("debris_field", ("debris slab",), gap_m=1.0, least_m2=3.0, ignored=("debris rubble",))
     pieces = [solid("slab", 0.0, 0.0, 0.0, "debris slab"), solid("stone", 0.0, 2.8, 0.0, "debris rubble", 1.0)]
     scene, view, camera = seen_from(20.0, solids=pieces)
-    heap, stone = regions_in(scene, view, camera, [ruin])
+    heap, stone = regions_in(scene, view, camera, ruin)
     assert (heap.is_ignored, stone.is_ignored) == (False, True)
     assert heap.box[2] < stone.box[0]
 
 
 def test_nothing_in_view_is_no_region() -> None:
     scene, view, camera = seen_from(20.0, solids=[solid("a", 0, 0, 0)])
-    assert regions_in(scene, view, camera, [WATER]) == []
+    assert regions_in(scene, view, camera, WATER) == []

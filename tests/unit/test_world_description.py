@@ -159,10 +159,10 @@ def test_the_truth_follows_the_time(yard: World) -> None:
 
 
 def test_wind_grows_with_height_and_changes(yard: World) -> None:
-    assert yard.wind_at(10.0, 0) == pytest.approx((4.0, -3.0, 0.0))
-    assert yard.wind_at(80.0, 0)[0] == pytest.approx(4.0 * 8.0**0.143)
-    assert yard.wind_at(10.0, 5_000_000) == pytest.approx((2.0, -1.5, 0.0), abs=0.02)
-    assert yard.wind_at(10.0, 20_000_000) == (0.0, 0.0, 0.0)
+    assert yard.wind.at(0, 10.0) == pytest.approx((4.0, -3.0, 0.0))
+    assert yard.wind.at(0, 80.0)[0] == pytest.approx(4.0 * 8.0**0.143)
+    assert yard.wind.at(5_000_000, 10.0) == pytest.approx((2.0, -1.5, 0.0), abs=0.02)
+    assert yard.wind.at(20_000_000, 10.0) == (0.0, 0.0, 0.0)
 
 
 @given(st.floats(0.0, 40.0))

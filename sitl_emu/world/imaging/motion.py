@@ -33,11 +33,6 @@ class Drift(NamedTuple):
     height_m: float
     """Above the ground."""
 
-    @property
-    def is_still(self) -> bool:
-        """Whether it does not move at all."""
-        return not (self.rate_rad_s.any() or self.velocity_m_s.any())
-
 
 def drift(
     motion: Motion, body_to_ned: F64, head_to_ned: F64 | None, camera_to_ned: F64, lever_m: F64, height_m: float

@@ -19,7 +19,6 @@ SUN_FINEST_M = 0.04
 MOVING_SIDE = 640
 SHUT_FROM_SKY_M = (0.8, 3.5)
 """Radii of the two blurs whose mean height shuts the sky."""
-UP = np.array((0.0, 0.0, -1.0))
 
 
 def sun_map(to_sun: F64, middle: F64, reach_m: float, side: int) -> SunMap:

@@ -62,15 +62,10 @@ class Seen(NamedTuple):
     is_ignored: bool
 
 
-def regions_in(scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area], time_s: float = 0.0) -> list[Seen]:
-    """All regions of all areas, area by area, from top to bottom, in a view of a time."""
-    return [seen for seen, _ in masked_regions(scene, view, camera, areas, time_s)]
-
-
 def masked_regions(
     scene: MeshScene, view: View, camera: Pinhole, areas: Sequence[Area], time_s: float = 0.0
 ) -> list[tuple[Seen, Mask]]:
-    """The same, each with the pixels that show it."""
+    """All regions of all areas in a view of a time, area by area, from top to bottom, each with its pixels."""
     found: list[tuple[Seen, Mask]] = []
     for area in areas:
         found += regions_of(area, mask_of(scene, view, camera, area, time_s), view, camera)

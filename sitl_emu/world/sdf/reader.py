@@ -14,7 +14,6 @@ from sitl_emu.world.sdf.poses import F64, HERE, Frames, NotRead, Pose, name_of
 
 FLIPPED = np.diag((1.0, -1.0, -1.0))
 """From forward, right, down to forward, left, up."""
-LEVEL = 0.9999
 DEEPEST = 12
 """Includes and models within one another."""
 QUIET = {
