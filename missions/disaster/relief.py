@@ -38,6 +38,8 @@ HOME_M = 3.0
 """What was sounded so near to home is its ground."""
 CLEARANCE_M, SIGMAS = 10.0, 1.0
 """Over what is flown over, and what is added to its mapped height; ours."""
+LATE_M = 0.5 * CLEARANCE_M
+"""Nearer by so much than its clearance no roof is flown over: the vehicle stops before it and climbs; ours."""
 LEAD_M, SLOWEST_M_S = 9.0, 2.0
 """How far ahead the ground counts, 1.8 s at 5 m/s: half of the time between two waypoints, and what a vehicle takes to
 rise or sink by half a metre; and what one that begins a line is taken to fly at. Ours."""
@@ -96,7 +98,8 @@ class Relief:
         """Where to fly next on the way to a place, and at which height above home, from `altitude_m` now.
 
         Straight on from here it leads through the height that is wanted `LEAD_M` ahead: the scan's over the farthest
-        ground that is known till there, where none is the last one, and clear of what is mapped ahead.
+        ground that is known till there, where none is the last one, and clear of what is mapped ahead. Where that can't
+        be reached in time (`LATE_M`), straight up from here.
         """
         left_m, course = math.dist(here_m, to_m), math.atan2(to_m[1] - here_m[1], to_m[0] - here_m[0])
         lead_m = min(LEAD_M, left_m)
@@ -105,12 +108,14 @@ class Relief:
         if math.isfinite(ground_m):
             self.held_m = ground_m + self._scan_altitude_m
         lead_s = lead_m / max(speed_m_s, SLOWEST_M_S)
-        soon_m = max(
-            next_altitude(
-                terrain, place_m, course, speed_m_s, altitude_m, lead_s, self._following, self.held_m
-            ).altitude_m
+        asked = [
+            next_altitude(terrain, place_m, course, speed_m_s, altitude_m, lead_s, self._following, self.held_m)
             for place_m in (here_m, _along(here_m, course, lead_m))
-        )
+        ]
+        highest = max(asked, key=lambda one: one.late_m)
+        if highest.late_m > LATE_M:
+            return here_m, highest.wanted_m
+        soon_m = max(one.altitude_m for one in asked)
         if left_m <= lead_m:
             return to_m, soon_m
         carrot_m = min(CARROT_M, left_m)

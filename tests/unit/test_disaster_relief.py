@@ -67,6 +67,17 @@ def test_low_ruins_do_not_lift_it_and_a_high_house_does() -> None:
     assert high[20][1] == pytest.approx(SCAN_M, abs=0.2) and high[-1][1] < 16.0 + CLEARANCE_M - 2.0
 
 
+@pytest.mark.parametrize(("top_m", "stops"), [(16.0, False), (19.0, True)])
+def test_before_a_roof_that_comes_up_too_late_it_stops_and_climbs(top_m: float, stops: bool) -> None:
+    """In time it can't climb to its clearance over either, but to more than half of it over the lower one."""
+    relief = relief_of(lambda n, e: top_m if 50 <= n < 60 and -6 <= e < 6 else 0.0)
+    to_m, altitude_m = relief.waypoint((43.0, 0.0), END, SPEED_M_S, SCAN_M)
+    assert (to_m == (43.0, 0.0)) == stops
+    assert not stops or altitude_m > top_m + CLEARANCE_M - 0.2
+    on_m, rising_m = relief.waypoint((43.0, 0.0), END, 0.0, top_m + CLEARANCE_M)
+    assert on_m == (43.0 + CARROT_M, 0.0) and rising_m >= top_m + CLEARANCE_M, "it goes on from there"
+
+
 @pytest.mark.parametrize(("sigma_m", "follows"), [(2.0, False), (0.05, True)])
 def test_cells_that_are_low_by_chance_are_not_the_ground_and_known_ones_are(sigma_m: float, follows: bool) -> None:
     """Three of them lie 3 m under all others, 6 m beside the way."""

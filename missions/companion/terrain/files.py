@@ -1,11 +1,8 @@
-"""A terrain map as a file: a GeoTIFF, which GIS programs and our own worlds (`terrain: {file: …}`) read; a picture."""
+"""A terrain map as a file: a GeoTIFF, which GIS programs and our own worlds (`terrain: {file: …}`) read."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from sitl_emu.gcs.geodesy import from_metres
 from sitl_emu.missions.companion.terrain.terrain_map import Grid, TerrainMap
@@ -14,8 +11,6 @@ PIXEL_SCALE, TIE_POINT, GEO_KEYS, NO_DATA = 33550, 33922, 34735, 42113
 """TIFF tags of OGC GeoTIFF 1.1; the last is GDAL's."""
 WGS84 = (1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326)
 """GeoKeyDirectory: model geographic, a pixel is an area, EPSG:4326."""
-UNKNOWN_COLOUR = "#cfcfcf"
-"""A grey that no scale of colours below holds."""
 
 
 def write_geotiff(
@@ -47,48 +42,3 @@ def write_geotiff(
         heights_m, sigmas_m = grids or (terrain.means_m(), terrain.sigmas_m())
         for grid, what in ((heights_m + alt_amsl_m, "height above mean sea level, m"), (sigmas_m, "one sigma, m")):
             file.write(grid[::-1].astype(np.float32), extratags=tags, description=what, metadata=None)
-
-
-def draw_heights(axes: Any, terrain: TerrainMap) -> None:
-    """The heights, on matplotlib axes, as the maps of a run's report are drawn."""
-    _draw(axes, terrain, terrain.means_m(), "height above the origin, m", cmap="viridis")
-    axes.set_title(f"{np.isfinite(terrain.means_m()).mean():.0%} of the area mapped; grey: not known", fontsize=9)
-
-
-def draw_sigmas(axes: Any, terrain: TerrainMap) -> None:
-    """How well each height is known."""
-    _draw(axes, terrain, terrain.sigmas_m(), "one sigma, m", cmap="Oranges", vmin=0.0)
-
-
-def draw_errors(axes: Any, terrain: TerrainMap, truth_m: Callable[[float, float], float]) -> None:
-    """Mapped less true heights, with what they come to."""
-    north, east = terrain.centres_m()
-    true = np.vectorize(truth_m, otypes=[np.float64])(north, east)
-    off, errors = terrain.means_m() - true, terrain.errors(truth_m)
-    most = max(errors.worst_m, 1e-3) if np.isfinite(errors.worst_m) else 1.0
-    _draw(axes, terrain, off, "mapped less true height, m", cmap="RdBu_r", vmin=-most, vmax=most)
-    shown = f"RMS {errors.rms_m:.2f} m, in the mean {errors.bias_m:+.2f} m, at most {errors.worst_m:.2f} m"
-    axes.set_title(shown, fontsize=9)
-
-
-def write_picture(path: Path, terrain: TerrainMap, truth_m: Callable[[float, float], float] | None = None) -> None:
-    """A PNG of heights and sigmas side by side, and of the errors where the truth is known."""
-    parts: list[Callable[[Any, TerrainMap], None]] = [draw_heights, draw_sigmas]
-    if truth_m is not None:
-        parts.append(lambda axes, one: draw_errors(axes, one, truth_m))
-    figure = Figure(figsize=(6.0 * len(parts), 5.5), layout="constrained")
-    for number, draw in enumerate(parts, 1):
-        draw(figure.add_subplot(1, len(parts), number), terrain)
-    figure.savefig(path, format="png", dpi=110)
-
-
-def _draw(axes: Any, terrain: TerrainMap, values: Grid, label: str, **look: Any) -> None:
-    rows, columns = terrain.shape
-    east_m, north_m = terrain.west_m + columns * terrain.resolution_m, terrain.south_m + rows * terrain.resolution_m
-    axes.set_facecolor(UNKNOWN_COLOUR)
-    extent = (terrain.west_m, east_m, terrain.south_m, north_m)
-    image = axes.imshow(np.ma.masked_invalid(values), origin="lower", extent=extent, interpolation="nearest", **look)
-    axes.figure.colorbar(image, ax=axes, label=label, shrink=0.8)
-    axes.set_aspect("equal")
-    axes.set_xlabel("east, m")
-    axes.set_ylabel("north, m")

@@ -1,7 +1,7 @@
 """Flying over ground that is mapped: at a height over it, and clear in time of what lies in a corridor ahead.
 
 Altitudes and heights count upwards from the map's origin. A height counts with some sigmas added: the ground is hardly
-higher than that. What is not mapped is told as a share, and asks for nothing: whoever flies decides whether to.
+higher than that. What is not mapped asks for nothing.
 """
 
 import math
@@ -14,7 +14,6 @@ from sitl_emu.missions.companion.terrain.terrain_map import Grid, TerrainMap
 
 SLOWEST_M_S = 0.1
 """So that what hovers is not told that it never arrives."""
-ROUNDING_M = 1e-9
 
 
 class Following(NamedTuple):
@@ -30,30 +29,14 @@ class Following(NamedTuple):
     sink_m_s: float = 1.0
 
 
-class Ahead(NamedTuple):
-    """What the map holds of a corridor."""
-
-    highest_m: float
-    """With the sigmas; NaN where nothing is known."""
-    known_share: float
-    """Of its cells, those that lie outside the map counted as not known."""
-
-
 class Altitude(NamedTuple):
     """What to fly next."""
 
     altitude_m: float
     wanted_m: float
     """What is held, or clears all that is mapped ahead if one climbs on from there; NaN where neither is known."""
-    in_time: bool
-    """False: it lies below that, and would come too near at this speed. To slow down, or stop, makes it true."""
-    known_share: float
-
-
-def look_ahead(terrain: TerrainMap, here_m: Corner, course_rad: float, following: Following) -> Ahead:
-    """The highest mapped ground in the corridor from a place (north, east) along a course (from north over east)."""
-    heights, _, share = _corridor(terrain, here_m, course_rad, following)
-    return Ahead(float(heights.max()) if len(heights) else math.nan, share)
+    late_m: float
+    """How far below that it lies, as no faster climb is to be had; 0: in time. To slow down, or stop, makes it less."""
 
 
 def next_altitude(
@@ -72,18 +55,18 @@ def next_altitude(
     for as much less as can be climbed on the way. `hold_m`: what to fly where no cell asks for more; NaN: not known.
     Where neither is known, the altitude stays.
     """
-    heights, distances, share = _corridor(terrain, here_m, course_rad, following)
+    heights, distances = _corridor(terrain, here_m, course_rad, following)
     left_s = np.maximum(distances - following.half_width_m, 0.0) / max(speed_m_s, SLOWEST_M_S)
     asked = heights + following.clearance_m - following.climb_m_s * left_s
     wanted = float(np.fmax.reduce(asked, initial=hold_m))
     if math.isnan(wanted):
-        return Altitude(altitude_m, math.nan, True, share)
+        return Altitude(altitude_m, math.nan, 0.0)
     highest, lowest = altitude_m + following.climb_m_s * dt_s, altitude_m - following.sink_m_s * dt_s
-    return Altitude(min(max(wanted, lowest), highest), wanted, highest >= wanted - ROUNDING_M, share)
+    return Altitude(min(max(wanted, lowest), highest), wanted, max(0.0, wanted - highest))
 
 
-def _corridor(terrain: TerrainMap, here_m: Corner, course_rad: float, following: Following) -> tuple[Grid, Grid, float]:
-    """Heights (with their sigmas) and distances of the known cells that a corridor touches; the share that is known."""
+def _corridor(terrain: TerrainMap, here_m: Corner, course_rad: float, following: Following) -> tuple[Grid, Grid]:
+    """Heights (with their sigmas) and distances of the known cells that a corridor touches."""
     c, s = math.cos(course_rad), math.sin(course_rad)
     reach = following.half_width_m + terrain.resolution_m / math.sqrt(2.0)
     ends = [(u * c - v * s, u * s + v * c) for u in (-reach, following.ahead_m + reach) for v in (-reach, reach)]
@@ -99,4 +82,4 @@ def _corridor(terrain: TerrainMap, here_m: Corner, course_rad: float, following:
     known = inside & np.isfinite(means)
     # a cell's near edge comes first
     nearest = np.maximum(along[known] - terrain.resolution_m / math.sqrt(2.0), 0.0)
-    return (means + following.sigmas * sigmas)[known], nearest, float(known.sum() / inside.sum())
+    return (means + following.sigmas * sigmas)[known], nearest

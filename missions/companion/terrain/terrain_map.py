@@ -11,7 +11,7 @@ westernmost.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -40,16 +40,6 @@ class Height(NamedTuple):
 
     mean_m: float
     sigma_m: float
-
-
-class Errors(NamedTuple):
-    """Of a map against the truth at the middle of each known cell; NaN where no cell is known."""
-
-    rms_m: float
-    bias_m: float
-    """Mean of mapped less true."""
-    worst_m: float
-    known_share: float
 
 
 UNKNOWN = Height(math.nan, math.nan)
@@ -129,27 +119,6 @@ class TerrainMap:
             at = south - row + 1, west - column + 1
             sums[:, at[0] : at[0] + north - south, at[1] : at[1] + east - west] = self._sums[:, south:north, west:east]
         return _means(sums)[1:-1, 1:-1], _sigmas(sums, self.resolution_m)[1:-1, 1:-1]
-
-    def centres_m(self) -> tuple[Grid, Grid]:
-        """North and east of every cell's middle, each (rows, columns)."""
-        rows, columns = np.mgrid[0 : self.shape[0], 0 : self.shape[1]]
-        return (
-            self.south_m + (rows + 0.5) * self.resolution_m,
-            self.west_m + (columns + 0.5) * self.resolution_m,
-        )
-
-    def errors(self, truth_m: Callable[[float, float], float]) -> Errors:
-        """Against the true height at (north, east)."""
-        means = self.means_m()
-        known = np.isfinite(means)
-        if not known.any():
-            return Errors(math.nan, math.nan, math.nan, 0.0)
-        north, east = self.centres_m()
-        true = [truth_m(n, e) for n, e in zip(north[known].tolist(), east[known].tolist(), strict=True)]
-        off = means[known] - np.array(true)
-        return Errors(
-            math.sqrt(float(np.mean(off**2))), float(np.mean(off)), float(np.max(np.abs(off))), float(known.mean())
-        )
 
 
 def _means(sums: Grid, which: int = 1) -> Grid:
