@@ -15,6 +15,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sitl_emu.autopilot.constants import MOST_ROTORS
+from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import Vector3
 
 SMALL_FACTOR: Final = 1e-3
@@ -53,8 +55,18 @@ class Rotor(NamedTuple):
     km: float
 
 
-def mixer(rotors: list[Rotor]) -> list[list[float]]:
-    """Columns of the normalised pseudo-inverse: motors by roll, pitch, yaw and (last) thrust down; shape 4 x n."""
+def rotors_of(parameters: Parameters) -> list[Rotor]:
+    """As many as CA_ROTOR_COUNT says."""
+    count = max(0, min(MOST_ROTORS, int(parameters["CA_ROTOR_COUNT"])))
+    fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
+    return [Rotor(*(float(parameters[f"CA_ROTOR{n}_{field}"]) for field in fields)) for n in range(count)]
+
+
+def effectiveness_of(rotors: list[Rotor]) -> NDArray[Any]:
+    """What each rotor does at full thrust: torques and thrusts along x, y and z (FRD), shape 6 x n.
+
+    What all of them do too weakly to be controlled is 0.
+    """
     effectiveness = np.zeros((6, len(rotors)))
     for index, (px, py, pz, ax, ay, az, ct, km) in enumerate(rotors):
         axis = np.array((ax, ay, az))
@@ -62,9 +74,15 @@ def mixer(rotors: list[Rotor]) -> list[list[float]]:
         position = np.clip((px, py, pz), -FARTHEST_M, FARTHEST_M)
         effectiveness[:3, index] = ct * np.cross(position, axis) - ct * km * axis
         effectiveness[3:, index] = ct * axis
+    effectiveness[(np.abs(effectiveness) <= WEAK_AUTHORITY).all(axis=1)] = 0.0
+    return effectiveness
+
+
+def mixer(rotors: list[Rotor]) -> list[list[float]]:
+    """Columns of the normalised pseudo-inverse: motors by roll, pitch, yaw and (last) thrust down; shape 4 x n."""
+    effectiveness = effectiveness_of(rotors)
     if not len(rotors) or not np.isfinite(effectiveness).all():
         return [[0.0] * len(rotors)] * 4
-    effectiveness[(np.abs(effectiveness) <= WEAK_AUTHORITY).all(axis=1)] = 0.0
     mix = np.linalg.pinv(effectiveness)
     roll, pitch, yaw, thrust = mix[:, 0], mix[:, 1], mix[:, 2], mix[:, 5]
     scale = max(_root_mean_square(roll), _root_mean_square(pitch))

@@ -12,10 +12,10 @@ which SIH tells none of.
 import math
 from typing import Final
 
-from sitl_emu.autopilot.constants import MOST_ROTORS, Severity
+from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.control.actuator_group_test import ActuatorGroupTest
 from sitl_emu.autopilot.control.actuator_test import ActuatorTests
-from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, Rotor, saturation
+from sitl_emu.autopilot.control.control_allocator import ACHIEVED, ControlAllocator, rotors_of, saturation
 from sitl_emu.autopilot.control.mixer import (
     CENTRED_PWM,
     CENTRED_PWM_RANGE,
@@ -67,9 +67,8 @@ class MulticopterAllocation:
     def refresh(self) -> None:
         """Copy the parameters: they have changed."""
         parameters = self._parameters
-        count = max(0, min(MOST_ROTORS, int(parameters["CA_ROTOR_COUNT"])))
-        fields = ("PX", "PY", "PZ", "AX", "AY", "AZ", "CT", "KM")
-        rotors = [Rotor(*(float(parameters[f"CA_ROTOR{n}_{field}"]) for field in fields)) for n in range(count)]
+        rotors = rotors_of(parameters)
+        count = len(rotors)
         slew_s = tuple(float(parameters[f"CA_R{n}_SLEW"]) for n in range(count))
         factor, air_mode = float(parameters["THR_MDL_FAC"]), int(parameters["MC_AIRMODE"])
         turning = self._allocator.thrusts

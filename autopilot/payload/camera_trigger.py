@@ -37,12 +37,12 @@ class CameraTrigger:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         """Only for a vehicle whose TRIG_MODE is above 0."""
         self._topics = topics
-        self._mode = int(parameters["TRIG_MODE"])
-        self._distance_m = float(parameters["TRIG_DISTANCE"])
-        self._interval_s = float(parameters["TRIG_INTERVAL"]) * 1e-3
+        self.mode = int(parameters["TRIG_MODE"])
+        self.distance_m = float(parameters["TRIG_DISTANCE"])
+        self.interval_s = float(parameters["TRIG_INTERVAL"]) * 1e-3
         self._shortest_us = round(float(parameters["TRIG_MIN_INTERVA"]) * 1e3)
-        self._enabled = self._mode in (TIME_ALWAYS, DISTANCE_ALWAYS)
-        self._paused = False
+        self.enabled = self.mode in (TIME_ALWAYS, DISTANCE_ALWAYS)
+        self.paused = False
         self._sequence = 0
         self._shot_at: tuple[float, float] | None = None
         self._shot_us = -self._shortest_us
@@ -58,41 +58,41 @@ class CameraTrigger:
                 self._shoot(now_us)
         elif number == DO_TRIGGER_CONTROL:
             if whole(command.param3) in (0, 1):
-                self._paused = whole(command.param3) == 1
+                self.paused = whole(command.param3) == 1
             if whole(command.param2) == 1:
                 self._sequence = 0
             if first in (0, 1):
                 self._enable(now_us, on=first == 1)
         elif number == DO_SET_CAM_TRIGG_DIST:
             if command.param1 > 0.0:
-                self._distance_m = command.param1
-                self._paused = False
+                self.distance_m = command.param1
+                self.paused = False
                 self._enable(now_us, on=True)
             elif first == 0:
-                self._paused, self._shot_at = True, None
+                self.paused, self._shot_at = True, None
             elif first == -1:
                 self._enable(now_us, on=False)
             if command.param3 > 0.0:
                 self._shoot(now_us)
         elif command.param1 > 0.0:
-            self._interval_s = command.param1 * 1e-3
+            self.interval_s = command.param1 * 1e-3
         return CommandResult(MAV_RESULT_ACCEPTED)
 
     def update(self, now_us: int) -> None:
         """At 50 Hz: what the mission commands, and whether it is time or far enough for the next image."""
         self._commands_seen = obey_navigator(self, now_us, self._topics, self._commands_seen)
-        if not self._enabled or self._paused:
+        if not self.enabled or self.paused:
             return
-        if self._mode in (TIME_ON_COMMAND, TIME_ALWAYS):
+        if self.mode in (TIME_ON_COMMAND, TIME_ALWAYS):
             if now_us >= self._due_us:
-                self._due_us = now_us + truncated(self._interval_s * 1e6)
+                self._due_us = now_us + truncated(self.interval_s * 1e6)
                 self._shoot(now_us)
         else:
             self._follow_distance(now_us)
 
     def _enable(self, now_us: int, *, on: bool) -> None:
-        if on is not self._enabled:
-            self._enabled = on
+        if on is not self.enabled:
+            self.enabled = on
             self._shot_at, self._due_us = None, now_us
 
     def _follow_distance(self, now_us: int) -> None:
@@ -100,7 +100,7 @@ class CameraTrigger:
         if not local.xy_valid:
             return
         last = self._shot_at
-        if last is None or math.hypot(local.x - last[0], local.y - last[1]) >= self._distance_m:
+        if last is None or math.hypot(local.x - last[0], local.y - last[1]) >= self.distance_m:
             self._shot_at = (local.x, local.y)
             self._shoot(now_us)
 

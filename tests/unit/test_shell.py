@@ -7,8 +7,9 @@ import pytest
 
 from sitl_emu import vehicles
 from sitl_emu.autopilot.autopilot import Autopilot
-from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.constants import NavState, Severity
 from sitl_emu.autopilot.mavlink.mavlink import Modules
+from sitl_emu.autopilot.payload.camera_trigger import TIME_ALWAYS, CameraTrigger
 from sitl_emu.autopilot.shell.commands import COMMANDS
 from sitl_emu.autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
 from sitl_emu.autopilot.storage.dataman import FENCE, Plan
@@ -347,6 +348,97 @@ def test_modules_say_whether_they_run() -> None:
     assert console.output("commander start") == (
         "ERROR [px4] Task already running\nCommand 'commander' failed, returned -1.\n"
     )
+
+
+def test_ekf2_tells_its_states_and_their_covariance() -> None:
+    """Lines as a real one prints them."""
+    console = Console("sihsim_hex")
+    ekf = console.autopilot.estimator.ekf
+    ekf.origin_alt, ekf.state.alt, ekf.state.pn, ekf.state.terrain = 400.0, 403.5, 1.25, -399.0
+    ekf.p[6, 6], ekf.p[6, 7], ekf.p[7, 6] = 0.25, 12.5, 0.125
+    lines = console.output("ekf2 status -v").splitlines()
+    assert lines[3:6] == [
+        "States: (0.0000 seconds ago)",
+        "Orientation (0-2): [1.000, 0.000, 0.000, 0.000] (Euler [0.0, 0.0, 0.0] deg) var: [0.0e+00, 0.0e+00, 0.0e+00]",
+        "Velocity (3-5): [0.000, 0.000, 0.000] var: [0.0e+00, 0.0e+00, 0.0e+00]",
+    ]
+    assert lines[6].startswith("Position (6-8): [1.250, 0.000, -3.500] var: [2.5e-01,")
+    assert lines[12] == "Terrain position (23): -399.000 var: 0.0e+00"
+    heads, seventh = lines[15], lines[22]
+    assert lines[14] == "P:" and heads.startswith("  | 0      | 1      ") and heads.endswith("|23      ")
+    assert seventh[:3] == " 6|" and seventh[3 + 6 * 9 : 3 + 8 * 9] == " 0.25000  1.2e+01 "
+    assert lines[40] == f"EKF average dt: {ekf.dt_s:.6f} seconds" and len(lines) == 41
+    assert console.output("ekf2 select_instance 1") == (
+        "ERROR [ekf2] multi-EKF not active, unable to select instance\n"
+    )
+
+
+def test_control_allocator_tells_what_each_motor_does() -> None:
+    """Lines as a real one prints them (sihsim_hex)."""
+    console = Console("sihsim_hex")
+    assert console.output("control_allocator status").splitlines() == [
+        "INFO  [control_allocator] Running",
+        "INFO  [control_allocator] Method: Auto",
+        "INFO  [control_allocator] Effectiveness Source: Multirotor",
+        "INFO  [control_allocator]   Effectiveness =",
+        "  | 0      | 1      | 2      | 3      | 4      | 5      ",
+        "Mx|-3.25000 -6.50000 -3.25000  3.25000  6.50000  3.25000 ",
+        "My| 5.62900  0       -5.62900 -5.62900  0        5.62900 ",
+        "Mz| 0.32500 -0.32500  0.32500 -0.32500  0.32500 -0.32500 ",
+        "Fx| 0        0        0        0        0        0       ",
+        "Fy| 0        0        0        0        0        0       ",
+        "Fz|-6.50000 -6.50000 -6.50000 -6.50000 -6.50000 -6.50000 ",
+        "INFO  [control_allocator]   minimum =",
+        "  | 0      | 1      | 2      | 3      | 4      | 5      ",
+        "  | 0        0        0        0        0        0       ",
+        "INFO  [control_allocator]   maximum =",
+        "  | 0      | 1      | 2      | 3      | 4      | 5      ",
+        "  | 1.00000  1.00000  1.00000  1.00000  1.00000  1.00000 ",
+        "INFO  [control_allocator]   Configured actuators: 6",
+    ]
+    console.output("param set CA_R_REV 2")
+    assert "  | 0       -1.00000  0       " in console.output("control_allocator status")
+    assert "not running" in Console("rover").output("control_allocator status")
+
+
+@pytest.mark.parametrize(
+    ("state", "task"),
+    [(NavState.AUTO_LOITER, "active flight task: 0"), (NavState.ALTCTL, "active flight task: 6"),
+     (NavState.ORBIT, "active flight task: 11"), (NavState.STAB, "no flight task active")],
+)  # fmt: skip
+def test_flight_mode_manager_tells_its_task(state: NavState, task: str) -> None:
+    console = Console()
+    topics = console.autopilot.topics
+    topics.vehicle_status = topics.vehicle_status._replace(nav_state=state)
+    assert console.output("flight_mode_manager status") == f"INFO  [flight_mode_manager] Running, {task}\n"
+    assert state is not NavState.ALTCTL or "task: 5" in (
+        console.output("param set MPC_POS_MODE 0") + console.output("flight_mode_manager status")
+    )
+
+
+def test_gimbal_and_camera_trigger_that_do_not_run_say_it_in_their_own_words() -> None:
+    console = Console("sihsim_hex")
+    assert console.output("gimbal status") == "INFO  [gimbal] not running\n"
+    assert console.output("gimbal").startswith("ERROR [gimbal] missing command\nUsage: gimbal")
+    assert console.output("gimbal").endswith("Command 'gimbal' failed, returned -1.\n")
+    assert console.output("camera_trigger status") == (
+        "WARN  [camera_trigger] not running\nCommand 'camera_trigger' failed, returned 1.\n"
+    )
+    assert Console("m600").output("gimbal status") == "running\n"
+
+
+def test_camera_trigger_tells_how_it_triggers() -> None:
+    console = Console()
+    trigger = CameraTrigger(console.autopilot.topics, console.autopilot.parameters)
+    trigger.mode, trigger.enabled, trigger.interval_s = TIME_ALWAYS, True, 0.04
+    console.autopilot.started = (trigger,)
+    assert console.output("camera_trigger status").splitlines() == [
+        "INFO  [camera_trigger] trigger enabled : enabled",
+        "INFO  [camera_trigger] trigger paused : active",
+        "INFO  [camera_trigger] mode : 2",
+        "INFO  [camera_trigger] interval : 40.00 [ms]",
+        "INFO  [camera_trigger] activation time : 40.00 [ms]",
+    ]
 
 
 def test_outputs_tell_their_functions_and_what_they_carry() -> None:

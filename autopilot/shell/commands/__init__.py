@@ -4,15 +4,17 @@ Listed is what does something here; a command of PX4 that is missing is as unkno
 """
 
 from sitl_emu.autopilot.control.mc_autotune import McAutotune
-from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
-from sitl_emu.autopilot.payload.gimbal import Gimbal
 from sitl_emu.autopilot.shell.command import Command
 from sitl_emu.autopilot.shell.commands import (
     actuator_test,
+    camera_trigger,
     commander,
+    control_allocator,
     dataman,
     ekf2,
     failure,
+    flight_mode_manager,
+    gimbal,
     land_detector,
     listener,
     logger,
@@ -34,9 +36,7 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 MODULES: dict[str, module.Runs] = {
     **{name: module.of_kind(name) for kind in VehicleKind for name in sorted(kind.traits.modules)},
     "battery_simulator": module.always,
-    "camera_trigger": module.was_started(CameraTrigger),
     "failure_injection_manager": module.always,
-    "gimbal": module.was_started(Gimbal),
     "load_mon": module.always,
     "manual_control": module.always,
     "mc_autotune_attitude_control": module.was_started(McAutotune),
@@ -47,10 +47,14 @@ MODULES: dict[str, module.Runs] = {
 COMMANDS: dict[str, Command] = {
     **{name: module.command(name, runs) for name, runs in MODULES.items()},
     "actuator_test": actuator_test.main,
+    "camera_trigger": camera_trigger.main,
     "commander": commander.main,
+    "control_allocator": control_allocator.main,
     "dataman": dataman.main,
     "ekf2": ekf2.main,
     "failure": failure.main,
+    "flight_mode_manager": flight_mode_manager.main,
+    "gimbal": gimbal.main,
     "land_detector": land_detector.main,
     "listener": listener.main,
     "logger": logger.main,
