@@ -398,6 +398,8 @@ def test_control_allocator_tells_what_each_motor_does() -> None:
     ]
     console.output("param set CA_R_REV 2")
     assert "  | 0       -1.00000  0       " in console.output("control_allocator status")
+    console.output("param set CA_METHOD 7")
+    assert "Method" not in console.output("control_allocator status")
     assert "not running" in Console("rover").output("control_allocator status")
 
 

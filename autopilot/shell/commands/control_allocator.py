@@ -8,8 +8,8 @@ from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, info
 from sitl_emu.autopilot.shell.commands.module import default_command, of_kind
 
 NAME = "control_allocator"
-METHODS = ("Pseudo-inverse", "Sequential desaturation", "Auto")
-"""CA_METHOD."""
+METHODS = {-1: "None", 0: "Pseudo-inverse", 1: "Sequential desaturation", 2: "Auto"}
+"""CA_METHOD; another is not told."""
 AXES = ("Mx", "My", "Mz", "Fx", "Fy", "Fz")
 
 
@@ -23,7 +23,8 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     count = effectiveness.shape[1]
     turn_back = int(parameters["CA_R_REV"])
     yield info(NAME, "Running")
-    yield info(NAME, f"Method: {METHODS[int(parameters['CA_METHOD'])]}")
+    if (method := METHODS.get(int(parameters["CA_METHOD"]))) is not None:
+        yield info(NAME, f"Method: {method}")
     yield info(NAME, "Effectiveness Source: Multirotor")
     if count:
         for title, rows, labels in (
