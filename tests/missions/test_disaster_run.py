@@ -13,11 +13,12 @@ import yaml
 from tests.missions.runs import FIRST_INSTANCE
 
 LIMIT_S = 340.0
+# Lines are long enough for the slab to be confirmed 5 s before the first one's end, whatever the noise.
 WORLD = {
     "name": "plain",
     "origin": {"lat_deg": 47.397742, "lon_deg": 8.545594, "alt_amsl_m": 489.4},
     "places": {"home": {"north_m": 0, "east_m": 0}},
-    "area_m": [[4, -10], [4, 16], [32, 16], [32, -10]],
+    "area_m": [[4, -10], [4, 16], [40, 16], [40, -10]],
     "ground": {"use": "asphalt"},
     "solids": [
         {
