@@ -7,7 +7,7 @@ from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, error, in
 from sitl_emu.autopilot.shell.commands.module import was_started
 
 COMMANDS = (("status", "whether it runs"),)
-FAILURE = -1
+NOT_UNDERSTOOD = -1
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
@@ -17,4 +17,4 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return SUCCESS
     yield error("gimbal", "unrecognized command" if arguments else "missing command")
     yield usage("gimbal", COMMANDS)
-    return FAILURE
+    return NOT_UNDERSTOOD
