@@ -7,8 +7,10 @@ one, it is the launcher's own. Stays until Ctrl-C.
 """
 
 import os
+import select
 import signal
 import sys
+import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -27,6 +29,9 @@ if TYPE_CHECKING:
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """Else NumPy's linear algebra takes a buffer for each core, which matrices as small as a filter's never use, and its
 threads spin. NumPy reads it when it is imported: hence no module that this one imports at its top may import it."""
+ENDING = {signal.SIGINT, signal.SIGTERM}
+TELL_EVERY_S = 2.0
+"""How often it is told how many vehicles have begun. Ours."""
 PX4_HOME = Home(47.397742, 8.545594, 489.4, 0.0)
 """PX4's default home, near Zürich (SIH_LOC_LAT0, SIH_LOC_LON0, SIH_LOC_H0)."""
 
@@ -163,11 +168,18 @@ def _check_parcels(wanted: Sequence[Wanted], options: Options) -> None:
 
 
 def _fork(crews: "Sequence[Crew]", began: int, say: Callable[[str], None]) -> "dict[int, Crew]":
-    """A process for each crew, by its number; `began` as `_child` has it."""
+    """A process for each crew, by its number; `began` as `_child` has it.
+
+    Leaves ENDING blocked, for `_wait_for`: what a signal's handler raised in a hook of os.fork would be lost. One that
+    waits ends the forking.
+    """
     _preload({vehicle.model for crew in crews for vehicle in crew.vehicles})
     launcher = os.getpid()
     children = {}
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
     for crew in crews:
+        if signal.sigpending() & ENDING:
+            break
         pid = os.fork()
         if pid == 0:
             _child(crew, launcher, began, say)
@@ -219,6 +231,8 @@ def _child(crew: "Crew", launcher: int, began: int, say: Callable[[str], None]) 
         os.close(began)
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
     status = 1
     try:
         from sitl_emu.run import launched
@@ -244,7 +258,8 @@ def _wait_for(children: "dict[int, Crew]", begun: int, welcome: Callable[[], Non
     signal.signal(signal.SIGTERM, stop)
     status = 0
     try:
-        if not _all_begin(begun, len(children)):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
+        if not _all_begin(begun, len(children), say):
             return 1
         welcome()
         while children:
@@ -260,14 +275,23 @@ def _wait_for(children: "dict[int, Crew]", begun: int, welcome: Callable[[], Non
             os.kill(pid, signal.SIGTERM)
         for pid in children:
             _, code = os.waitpid(pid, 0)
-            status = status or (1 if code else 0)
+            status = status or (0 if code in (0, signal.SIGTERM) else 1)  # who had not begun is ended by the signal
     return status
 
 
-def _all_begin(begun: int, count: int) -> bool:
+def _all_begin(begun: int, count: int, say: Callable[[str], None]) -> bool:
     """Wait until each of `count` children has opened its ports or died; whether all have opened them."""
-    with open(begun, "rb") as pipe:
-        return len(pipe.read()) == count
+    heard, tell_at_s = 0, time.monotonic() + TELL_EVERY_S
+    with open(begun, "rb", buffering=0) as pipe:
+        while True:
+            if select.select([pipe], [], [], TELL_EVERY_S)[0]:
+                told = pipe.read(count)
+                if not told:
+                    return heard == count
+                heard += len(told)
+            if time.monotonic() > tell_at_s:
+                tell_at_s += TELL_EVERY_S
+                say(f"{heard} of {count} processes have begun")
 
 
 def _how(code: int) -> str:

@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, NamedTuple
 
 from sitl_emu.autopilot.autopilot import Autopilot
@@ -90,9 +91,15 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
     `on_begun` is called when all ports are open. `launcher` is the process that forked this one, whose death ends it as
     well.
     """
-    # Looked at between ticks: an exception that is raised wherever a signal falls may be lost there.
-    asked_to_end = list[int]()
-    signal.signal(signal.SIGTERM, lambda number, _frame: asked_to_end.append(number))
+    asked_to_end, flying = list[int](), False
+
+    def end(number: int, _frame: FrameType | None) -> None:
+        # Looked at between ticks: an exception that is raised wherever a signal falls may be lost there.
+        asked_to_end.append(number)
+        if not flying:
+            raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, end)
     _allow_files()
     poll: HostPoll = Poll()
     status = 0
@@ -128,6 +135,7 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
         if ros is not None:
             stack.enter_context(contextlib.closing(ros))
         fleet = Fleet(members, simulation, poll, say, photographer, ros)
+        flying = True
         try:
             fleet.fly(Pacer(crew.speed), lambda: bool(asked_to_end) or launcher not in (None, os.getppid()))
         finally:
