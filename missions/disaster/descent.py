@@ -16,6 +16,7 @@ from sitl_emu.missions.companion.release_point import Wind, fall
 from sitl_emu.missions.disaster import aborts
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from sitl_emu.missions.disaster.flying import HEIGHT_M, STANDING_M, Flying
+from sitl_emu.missions.disaster.travel import Travel
 
 AIMED_M, STEADY_M_S = 0.7, 0.5
 DRIFT_S, DESCENT_S = 20.0, 60.0
@@ -29,8 +30,8 @@ LIDAR_REACH_M, LIDAR_FRESH_US = 7.5, 200_000
 class Descent:
     """Of one flight."""
 
-    def __init__(self, flight: Flying) -> None:
-        self._flight, self._onboard = flight, flight.onboard
+    def __init__(self, flight: Flying, travel: Travel) -> None:
+        self._flight, self._travel, self._onboard = flight, travel, flight.onboard
         self.below_m = 0.0
         """Height over home of the ground that the parcel is to fall on."""
 
@@ -51,14 +52,14 @@ class Descent:
                 aborts.check_below(seen_m, guess_m + GROUND_SIGMAS * sigma_m)
                 self.below_m = seen_m
             height_m = self.below_m + release_m
-            if flight.is_there(to_m, height_m, STANDING_M):
+            if self._travel.is_there(to_m, height_m, STANDING_M):
                 if seen_m is not None or release_m > LIDAR_REACH_M:
                     return
                 if self.below_m < lowest_m:
                     raise Aborted(Reason.NO_PLACE, f"no ground {release_m:g} m under the vehicle")
                 self.below_m -= HEIGHT_M
             if abs(height_m - sent_m) > HEIGHT_M / 2.0:
-                yield from flight.send(to_m, height_m)
+                yield from self._travel.send(to_m, height_m)
                 sent_m = height_m
             flight.check()
             yield
@@ -91,7 +92,7 @@ class Descent:
                 raise Aborted(Reason.DRIFT, f"{math.hypot(*miss):.1f} m off after {DRIFT_S:.0f} s")
             aim_m = self._flight.here_m[0] + miss[0], self._flight.here_m[1] + miss[1]
             if sent_m is None or (math.dist(aim_m, sent_m) > AIMED_M / 2.0 and onboard.telemetry.speed_m_s < 0.3):
-                yield from self._flight.send(aim_m, self.below_m + self._flight.settings.release_height_m)
+                yield from self._travel.send(aim_m, self.below_m + self._flight.settings.release_height_m)
                 sent_m = aim_m
             self._flight.check()
             yield from steps.pause(onboard, 0.25)

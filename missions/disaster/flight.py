@@ -23,7 +23,7 @@ from collections.abc import Callable, Generator, Sequence
 
 import shapely
 
-from sitl_emu.gcs.command import gripper, reposition
+from sitl_emu.gcs.command import gripper
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.gcs.mission import FENCE, MissionItem
 from sitl_emu.gcs.parameter import ParameterSet
@@ -40,12 +40,13 @@ from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from sitl_emu.missions.disaster.descent import Descent
 from sitl_emu.missions.disaster.detectors import SCATTERED
 from sitl_emu.missions.disaster.drop import View, find
-from sitl_emu.missions.disaster.flying import HEIGHT_M, STANDING_M
+from sitl_emu.missions.disaster.flying import STANDING_M
 from sitl_emu.missions.disaster.places import Lasting, Place
 from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
 from sitl_emu.missions.disaster.relief import Relief
 from sitl_emu.missions.disaster.settings import Settings
 from sitl_emu.missions.disaster.together import Together
+from sitl_emu.missions.disaster.travel import Travel
 
 FRAME_GLOBAL, FENCE_POLYGON_INCLUSION = 0, 5001
 ON_LINE_M = 2.0
@@ -58,7 +59,7 @@ CLOSER_TRIES = 4
 ASIDE_M = 6.0
 """So far from a place it goes on to another without climbing: what is about is mapped, and half of the column of air
 that others keep clear of (`airspace.COLUMN_M`) is left; ours."""
-CHOOSE_EVERY_US, FOLLOW_EVERY_US = 500_000, 1_000_000
+CHOOSE_EVERY_US = 500_000
 LOOKS_FROM_M, LOOKS_WITHIN_RAD = 6.0, math.radians(45.0)
 """Frames from lower than this are not looked at, nor those of a camera that looks farther off straight down: no
 autopilot leans so far by itself (PX4's MPC_TILTMAX_AIR), and who falls would tell of places where nothing is."""
@@ -67,7 +68,6 @@ WHOLE = 0.75
 ruin then, 0.33 of it instead of 0.66 (`disaster-debris`, seeds 21 to 26, below 12 m and above 15 m), and more of what
 lies loose about it: edges grew by 1 to 2 m on the way down, and parcels followed them, 5.1 to 6 m from the ruin (seeds
 12 and 18 over a relief of 6 m). The share is ours."""
-SLOWEST_M_S = 0.5
 LOWEST_CLIMB_M = 1.0
 
 
@@ -93,11 +93,12 @@ class Flight:
         """The last frame."""
         self._on_line = ""
         """Which line it flies, in words."""
-        self.descent = Descent(self)
+        self.travel = Travel(self)
+        self.descent = Descent(self, self.travel)
         self._tried: list[Place] = []
         self._lasting = Lasting()
         self._allowed: Cells | None = None
-        self._choose_us = self._follow_us = 0
+        self._choose_us = 0
 
     def script(self) -> Script:
         """From the first heartbeat until it has landed."""
@@ -200,7 +201,7 @@ class Flight:
         if settings.team is None:
             self.lines = lawnmower(area, seen, settings.overlap, margin_m=settings.margin_m, start_m=(0.0, 0.0))
         else:
-            self.together = Together(self, settings, settings.team)
+            self.together = Together(self, self.travel, settings, settings.team)
             self.lines = self.together.lines
             self.settings = settings = settings._replace(scan_altitude_m=self.together.altitude_m)
         self._within = area.union(shapely.Point(0.0, 0.0)).convex_hull.buffer(max(settings.fence_margin_m, 0.1))
@@ -248,56 +249,10 @@ class Flight:
         """From its start to its end, by way of what is found; lines count from 1."""
         self._on_line = f"line {number} of {len(self.lines)}"
         self.onboard.enter("scanning", self._on_line)
-        yield from self.travel(line.start_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
-        yield from self.travel(line.end_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
+        yield from self.travel.to(line.start_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
+        yield from self.travel.to(line.end_m, self.settings.scan_altitude_m, ON_LINE_M, aside=True)
         self.scanned += 1
         self.onboard.note("line_scanned", f"line {number} of {len(self.lines)}", line=number)
-
-    def travel(self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False) -> Script:
-        """To a place, at an altitude above home. `aside`: by way of what is found, and over the ground, if so set."""
-        sent: tuple[Corner, float] | None = None
-        motion = steps.Motion()
-        began_us, limit_s = self.onboard.now_us, 60.0 + math.dist(self.here_m, to_m) / SLOWEST_M_S
-        while sent is None or not self.is_there(to_m, sent[1], within_m):
-            self.check()
-            place = self.due() if aside else None
-            if place is not None:
-                left_m, left_us = self.here_m, self.onboard.now_us
-                yield from self.go_aside(place, left_m)
-                began_us += self.onboard.now_us - left_us
-                sent, motion = None, steps.Motion()
-            if self.together is not None:
-                left_us = self.onboard.now_us
-                if (yield from self.together.until_clear(to_m)):
-                    began_us += self.onboard.now_us - left_us
-                    sent, motion = None, steps.Motion()
-            wanted = to_m, altitude_m
-            if aside and self.settings.altitude == "terrain":
-                wanted = self._follow(to_m, sent)
-            if wanted != sent:
-                yield from self.send(*wanted)
-                sent = wanted
-            stuck = motion.is_stuck(self.onboard.now_us, (*self.here_m, self.altitude_m))
-            if stuck or self.onboard.now_us - began_us > limit_s * 1e6:
-                why = self.onboard.silence or "does not move" if stuck else f"under way for {limit_s:.0f} s"
-                raise steps.StepFailed(f"{why}, {math.dist(self.here_m, to_m):.1f} m from a waypoint")
-            yield
-
-    def _follow(self, to_m: Corner, sent: tuple[Corner, float] | None) -> tuple[Corner, float]:
-        """The waypoint on the way to a place that keeps the scan's height over the ground; `sent`: the one before."""
-        if sent is not None and self.onboard.now_us < self._follow_us:
-            return sent
-        self._follow_us = self.onboard.now_us + FOLLOW_EVERY_US
-        return self.ground.waypoint(self.here_m, to_m, self.onboard.telemetry.speed_m_s, self.altitude_m)
-
-    def send(self, to_m: Corner, altitude_m: float) -> Script:
-        """Sends the vehicle on, in Hold."""
-        onboard, home = self.onboard, self.home
-        onboard.yielding.expect(())
-        speed_m_s = self.settings.scan_speed_m_s
-        asked = reposition(onboard.system_id, *self.place_deg(to_m), home[2] + altitude_m, speed_m_s)
-        yield from steps.command(onboard, asked, "reposition")
-        onboard.yielding.expect({"hold"})
 
     @property
     def here_m(self) -> Corner:
@@ -318,10 +273,6 @@ class Flight:
         """Above the ground that the parcel falls on; above home before that is known."""
         return self.altitude_m - self.descent.below_m
 
-    def is_there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool:
-        """Whether the vehicle is at a place, at a height."""
-        return math.dist(self.here_m, to_m) <= within_m and abs(self.altitude_m - altitude_m) <= HEIGHT_M
-
     def check(self) -> None:
         """Raises Aborted for what ends it all, and StepFailed where the motors are off."""
         telemetry = self.onboard.telemetry
@@ -334,6 +285,10 @@ class Flight:
         aborts.check_vehicle(
             telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix, telemetry.gps_glitches, telemetry.compass_ok
         )
+
+    def until_clear(self, to_m: Corner) -> Generator[None, None, bool]:
+        """Stands aside while another aircraft's air is in the way to a place; whether it was. Raises Aborted."""
+        return False if self.together is None else (yield from self.together.until_clear(to_m))
 
     # Aside
 
@@ -409,15 +364,15 @@ class Flight:
         onboard.enter("resuming", "back to where the line was left" if left_m is not None else "up again")
         altitude_m = self.ground.held_m
         if self.altitude_m < altitude_m - LOWEST_CLIMB_M:
-            yield from self.travel(self.here_m, altitude_m, ON_LINE_M)
+            yield from self.travel.to(self.here_m, altitude_m, ON_LINE_M)
         if left_m is not None:
-            yield from self.travel(left_m, altitude_m, ON_LINE_M)
+            yield from self.travel.to(left_m, altitude_m, ON_LINE_M)
         onboard.enter("scanning", self._on_line)
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
         """Stands over a place and looks; the place as it is then."""
         for _ in range(tries.TRIES + 1):
-            yield from self.travel(place.place_m, self.settings.scan_altitude_m, STANDING_M)
+            yield from self.travel.to(place.place_m, self.settings.scan_altitude_m, STANDING_M)
             yield from steps.pause(self.onboard, LOOKED_S)
             again = self._again(place)
             if math.dist(again.place_m, place.place_m) <= STANDING_M:

@@ -1,5 +1,6 @@
 """What parts of a disaster mission need of the flight that they are parts of."""
 
+from collections.abc import Generator
 from typing import Protocol
 
 from sitl_emu.missions.companion.area import Corner
@@ -30,10 +31,9 @@ class Flying(Protocol):
     def altitude_m(self) -> float: ...  # noqa: D102
     def place_deg(self, place_m: Corner) -> tuple[float, float]: ...  # noqa: D102
     def check(self) -> None: ...  # noqa: D102
-    def send(self, to_m: Corner, altitude_m: float) -> Script: ...  # noqa: D102
-    def travel(self, to_m: Corner, altitude_m: float, within_m: float) -> Script: ...  # noqa: D102
+    def until_clear(self, to_m: Corner) -> Generator[None, None, bool]: ...  # noqa: D102
+    def due(self) -> Place | None: ...  # noqa: D102
     def fly_line(self, number: int, line: Line) -> Script: ...  # noqa: D102
     def go_aside(self, place: Place, left_m: Corner | None = None) -> Script: ...  # noqa: D102
-    def is_there(self, to_m: Corner, altitude_m: float, within_m: float) -> bool: ...  # noqa: D102
     def place_of(self, region: Region, *, closer: bool = False) -> Place | None: ...  # noqa: D102
     def may_try_at(self, place: Place) -> bool: ...  # noqa: D102

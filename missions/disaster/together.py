@@ -39,6 +39,7 @@ from sitl_emu.missions.disaster.flying import STANDING_M, Flying
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import Region
 from sitl_emu.missions.disaster.settings import Settings, Team
+from sitl_emu.missions.disaster.travel import Travel
 
 if TYPE_CHECKING:
     from sitl_emu.core import dialect as mavlink
@@ -63,9 +64,9 @@ DOING = {
 class Together:
     """What one aircraft knows of the others, and does about them. There from arming on, when home is known."""
 
-    def __init__(self, flight: Flying, settings: Settings, team: Team) -> None:
+    def __init__(self, flight: Flying, travel: Travel, settings: Settings, team: Team) -> None:
         """`settings`: with the lowest layer's altitude. Raises CoverageError as `coverage.lawnmower` does."""
-        self._flight, self._onboard = flight, flight.onboard
+        self._flight, self._travel, self._onboard = flight, travel, flight.onboard
         lat_deg, lon_deg = (math.fsum(each) / len(each) for each in zip(*settings.corners_deg, strict=True))
         self.origin = lat_deg, lon_deg
         """Of what is told in metres: alike for all, whose homes differ."""
@@ -144,8 +145,8 @@ class Together:
         """To where it may come down: over home, when the air there is ours."""
         flight, self.homeward = self._flight, True
         if abs(flight.altitude_m - self.altitude_m) > STANDING_M:
-            yield from flight.travel(flight.here_m, self.altitude_m, STANDING_M)
-        yield from flight.travel((0.0, 0.0), self.altitude_m, STANDING_M)
+            yield from self._travel.to(flight.here_m, self.altitude_m, STANDING_M)
+        yield from self._travel.to((0.0, 0.0), self.altitude_m, STANDING_M)
         yield from self.column((0.0, 0.0))
 
     def _stand_by(self) -> Script:
@@ -160,7 +161,7 @@ class Together:
                 yield from flight.go_aside(place, stand_m)
                 self._onboard.enter("waiting", "for what the others do not do")
             elif (yield from self.until_clear(stand_m)):
-                yield from flight.travel(stand_m, self.altitude_m, STANDING_M)
+                yield from self._travel.to(stand_m, self.altitude_m, STANDING_M)
             yield
 
     def _next_line(self) -> tuple[int, Line] | None:
@@ -210,7 +211,7 @@ class Together:
             if stand_m is not None and (not stands or self._rule((0.0, 0.0)).aside is not None):
                 airspace.free()
                 yield from self.until_clear(stand_m)
-                yield from flight.travel(stand_m, self.altitude_m, STANDING_M / 2.0)
+                yield from self._travel.to(stand_m, self.altitude_m, STANDING_M / 2.0)
             airspace.ask()
             yield
 
@@ -223,7 +224,7 @@ class Together:
             flight.check()
             if sent_m is None or (ruling.aside is not None and math.dist(ruling.aside, sent_m) > MOVED_M):
                 sent_m = ruling.aside if ruling.aside is not None else self._stop_m()
-                yield from flight.send(sent_m, self.altitude_m)
+                yield from self._travel.send(sent_m, self.altitude_m)
             yield
             ruling = self._rule(self._wish(to_m))
         return True
