@@ -95,6 +95,8 @@ class Flight:
         """Which line it flies, in words."""
         self.travel = Travel(self)
         self.descent = Descent(self, self.travel)
+        self._is_low = False
+        """Whether it is on its way down to a place, or there."""
         self._tried: list[Place] = []
         self._lasting = Lasting()
         self._allowed: Cells | None = None
@@ -270,8 +272,12 @@ class Flight:
 
     @property
     def over_ground_m(self) -> float:
-        """Above the ground that the parcel falls on; above home before that is known."""
-        return self.altitude_m - self.descent.below_m
+        """Above the ground: what the lidar tells of it, over a place that is gone down to; else as it is mapped here.
+
+        Above home where nothing is mapped.
+        """
+        below_m = self.descent.below_m if self._is_low else self.ground.ground_m(self.here_m)
+        return self.altitude_m - below_m
 
     def check(self) -> None:
         """Raises Aborted for what ends it all, and StepFailed where the motors are off."""
@@ -354,6 +360,7 @@ class Flight:
             place = yield from self._over(place)
             if self.together is not None:
                 yield from self.together.column(place.place_m)
+            self._is_low = True
             yield from self._deliver(place)
         except Aborted as why:
             if self.together is not None:
@@ -361,6 +368,8 @@ class Flight:
             if not why.reason.of_the_place:
                 raise
             self._abort(why)
+        finally:
+            self._is_low = False
         onboard.enter("resuming", "back to where the line was left" if left_m is not None else "up again")
         altitude_m = self.ground.held_m
         if self.altitude_m < altitude_m - LOWEST_CLIMB_M:

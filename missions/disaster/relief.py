@@ -89,6 +89,14 @@ class Relief:
             )
         return self._heights_m
 
+    def ground_m(self, place_m: Corner) -> float:
+        """The ground's height over home at a place, as sightings are placed by; home's where none is mapped about."""
+        row, column = (int(at) for at in self.survey.terrain.cell(*place_m))
+        rows, columns = self.survey.terrain.shape
+        if isinstance(self._heights_m, float) or not (0 <= row < rows and 0 <= column < columns):
+            return 0.0
+        return float(self._heights_m[row, column])
+
     def at(self, place_m: Corner, unknown_sigma_m: float) -> tuple[float, float]:
         """The ground's height over home at a place, and one sigma of it."""
         height = self.survey.terrain.height_m(*place_m)

@@ -106,7 +106,7 @@ class Responder:
             return None
         if rate_hz:
             self._look_us = max(self._look_us + round(1e6 / rate_hz), frame_time_us)
-        return flight.altitude_m / self.settings.camera.focal_px
+        return flight.over_ground_m / self.settings.camera.focal_px
 
     def detect(self, image: Image, gsd_m: float) -> Sequence[Detection]:
         """Runs the detector, looks for edges, follows corners."""

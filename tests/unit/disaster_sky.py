@@ -6,7 +6,7 @@ it is. What a camera sees are the parts of a picture that show ponds, without an
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -151,6 +151,8 @@ class Sky:
         self.companions = {system: Responder(settings) for system in self.systems}
         self.dead, self.mute = set[int](), set[int]()
         self.now_us, self._air, self._loss = 0, Air[Any](loss, seed), loss
+        self.ground_m: Callable[[float, float], float] = lambda north_m, east_m: 0.0
+        """How high the ground is over that at the origin, about a place; no vehicle meets it."""
         self.events = list[tuple[float, int, Any]]()
         self.nearest_m = math.inf
         self.parcels = list[tuple[int, float, float]]()
@@ -229,6 +231,7 @@ class Sky:
     def _seen(self, quad: Quad) -> Detections:
         """The share of ponds in the parts of a picture; the camera's top is north."""
         north_m, east_m, up_m = quad.true_m
+        up_m -= self.ground_m(north_m, east_m)
         rows, columns = CAMERA.height // PART_PX, CAMERA.width // PART_PX
         y, x = (np.mgrid[0:rows, 0:columns] + 0.5) * PART_PX
         north, east = north_m + (CAMERA.cy - y) / CAMERA.fy * up_m, east_m + (x - CAMERA.cx) / CAMERA.fx * up_m
