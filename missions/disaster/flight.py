@@ -26,12 +26,10 @@ import shapely
 from sitl_emu.gcs.command import gripper
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.gcs.mission import FENCE, MissionItem
-from sitl_emu.gcs.parameter import ParameterSet
 from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.area import Corner
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower
 from sitl_emu.missions.companion.onboard import Onboard, Script
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
@@ -83,6 +81,8 @@ class Flight:
         self.home = (0.0, 0.0, 0.0)
         self.lines: list[Line] = []
         self.looking = self.delivered = False
+        self._return_m = 0.0
+        """RTL_RETURN_ALT, as it was set."""
         self.scanned = 0
         """Lines that were flown to their end."""
         self.aborted: Aborted | None = None
@@ -114,8 +114,9 @@ class Flight:
         onboard.enter("uploading", f"fence; {len(self.lines)} lines to fly")
         telling.plan(onboard, self.settings, self.lines, self.place_deg)
         yield from steps.upload(onboard, self._fence(), FENCE)
+        self._return_m = self.settings.scan_altitude_m
         for name in ("MIS_TAKEOFF_ALT", "RTL_RETURN_ALT"):
-            yield from onboard.do(AUTOPILOT_LINK, ParameterSet(system, name, self.settings.scan_altitude_m))
+            yield from steps.parameter(onboard, name, self.settings.scan_altitude_m)
         onboard.enter("taking off", f"to {self.settings.scan_altitude_m:g} m")
         if self.together is not None:
             yield from self.together.column()
@@ -135,6 +136,8 @@ class Flight:
         elif self._lacked_a_place:
             self._abort(Aborted(Reason.NO_PLACE, "no plain dry ground at the edge of anything that was found"))
         self.looking = False
+        if self.settings.altitude == "terrain":
+            yield from self.clear_return()
         onboard.enter("returning", "the whole area has been seen" if self.whole else f"{self.aborted}")
         assert self.regions is not None
         telling.regions(onboard, self.regions, self.place_deg)
@@ -292,6 +295,13 @@ class Flight:
             telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix, telemetry.gps_glitches, telemetry.compass_ok
         )
 
+    def clear_return(self) -> Script:
+        """Lifts the autopilot's Return, and so its failsafes', over all that is mapped."""
+        wanted_m = float(math.ceil(self.ground.clear_m()))
+        if wanted_m > self._return_m:
+            yield from steps.parameter(self.onboard, "RTL_RETURN_ALT", wanted_m)
+            self._return_m = wanted_m
+
     def until_clear(self, to_m: Corner) -> Generator[None, None, bool]:
         """Stands aside while another aircraft's air is in the way to a place; whether it was. Raises Aborted."""
         return False if self.together is None else (yield from self.together.until_clear(to_m))
@@ -354,7 +364,7 @@ class Flight:
         number, sigma_m = len(self._tried), self.settings.ground_sigma_m
         # who goes for a closer look is far from what it goes to: the last frame with such an area shows another
         seen = self.seen(place.label) if left_m is not None else {}
-        telling.target(onboard, place, number, self.altitude_m, sigma_m, self.place_deg, seen)
+        telling.target(onboard, place, number, self.over_ground_m, sigma_m, self.place_deg, seen)
         onboard.enter("engaging", f"{place.label}, {math.dist(self.here_m, place.place_m):.0f} m away")
         try:
             place = yield from self._over(place)
@@ -371,17 +381,22 @@ class Flight:
         finally:
             self._is_low = False
         onboard.enter("resuming", "back to where the line was left" if left_m is not None else "up again")
-        altitude_m = self.ground.held_m
-        if self.altitude_m < altitude_m - LOWEST_CLIMB_M:
-            yield from self.travel.to(self.here_m, altitude_m, ON_LINE_M)
+        up_m = self._standing_m(self.here_m)
+        if self.altitude_m < up_m - LOWEST_CLIMB_M:
+            yield from self.travel.to(self.here_m, up_m, ON_LINE_M)
         if left_m is not None:
-            yield from self.travel.to(left_m, altitude_m, ON_LINE_M)
+            yield from self.travel.to(left_m, self.ground.held_m, ON_LINE_M)
         onboard.enter("scanning", self._on_line)
+
+    def _standing_m(self, place_m: Corner) -> float:
+        """The height above home from which a place is looked at."""
+        follows = self.settings.altitude == "terrain"
+        return self.ground.standing_m(place_m) if follows else self.settings.scan_altitude_m
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
         """Stands over a place and looks; the place as it is then."""
         for _ in range(tries.TRIES + 1):
-            yield from self.travel.to(place.place_m, self.settings.scan_altitude_m, STANDING_M)
+            yield from self.travel.to(place.place_m, self._standing_m(place.place_m), STANDING_M)
             yield from steps.pause(self.onboard, LOOKED_S)
             again = self._again(place)
             if math.dist(again.place_m, place.place_m) <= STANDING_M:
@@ -403,7 +418,7 @@ class Flight:
             if free is not None:
                 raise Aborted(Reason.GEOFENCE, "the place lies beyond the fence")
             raise Aborted(Reason.NO_PLACE, f"no plain ground at the edge of {place.label}")
-        aborts.check_location(places.sigma_m(again, self.altitude_m, self.settings.ground_sigma_m))
+        aborts.check_location(places.sigma_m(again, self.over_ground_m, self.settings.ground_sigma_m))
         return again
 
     def _deliver(self, place: Place) -> Script:

@@ -29,9 +29,12 @@ class Flying(Protocol):
     def here_m(self) -> Corner: ...  # noqa: D102
     @property
     def altitude_m(self) -> float: ...  # noqa: D102
+    @property
+    def over_ground_m(self) -> float: ...  # noqa: D102
     def place_deg(self, place_m: Corner) -> tuple[float, float]: ...  # noqa: D102
     def check(self) -> None: ...  # noqa: D102
     def until_clear(self, to_m: Corner) -> Generator[None, None, bool]: ...  # noqa: D102
+    def clear_return(self) -> Script: ...  # noqa: D102
     def due(self) -> Place | None: ...  # noqa: D102
     def fly_line(self, number: int, line: Line) -> Script: ...  # noqa: D102
     def go_aside(self, place: Place, left_m: Corner | None = None) -> Script: ...  # noqa: D102

@@ -100,24 +100,41 @@ class Relief:
     def at(self, place_m: Corner, unknown_sigma_m: float) -> tuple[float, float]:
         """The ground's height over home at a place, and one sigma of it."""
         height = self.survey.terrain.height_m(*place_m)
-        return (height.mean_m, height.sigma_m) if math.isfinite(height.mean_m) else (0.0, unknown_sigma_m)
+        if math.isfinite(height.mean_m):
+            return height.mean_m, height.sigma_m
+        return self.ground_m(place_m), unknown_sigma_m
 
-    def waypoint(self, here_m: Corner, to_m: Corner, speed_m_s: float, altitude_m: float) -> tuple[Corner, float]:
+    def standing_m(self, place_m: Corner) -> float:
+        """Above home: the scan's height over the ground at a place, and no less than what is held on the line."""
+        return max(self.held_m, self.ground_m(place_m) + self._scan_altitude_m)
+
+    def clear_m(self) -> float:
+        """Above home: what is clear of all that is mapped; 0 where nothing is."""
+        terrain = self.survey.terrain
+        highest = np.fmax.reduce(terrain.means_m() + SIGMAS * terrain.sigmas_m(), axis=None, initial=-CLEARANCE_M)
+        return float(highest) + CLEARANCE_M
+
+    def waypoint(
+        self, here_m: Corner, to_m: Corner, speed_m_s: float, altitude_m: float, hold_m: float | None = None
+    ) -> tuple[Corner, float]:
         """Where to fly next on the way to a place, and at which height above home, from `altitude_m` now.
 
         Straight on from here it leads through the height that is wanted `LEAD_M` ahead: the scan's over the farthest
         ground that is known till there, where none is the last one, and clear of what is mapped ahead. Where that can't
         be reached in time (`LATE_M`), straight up from here.
+
+        `hold_m`: above home, to be kept instead of the scan's height over the ground, and come to in the end.
         """
         left_m, course = math.dist(here_m, to_m), math.atan2(to_m[1] - here_m[1], to_m[0] - here_m[0])
         lead_m = min(LEAD_M, left_m)
         terrain = self.survey.so_far()
         ground_m = _farthest(terrain, here_m, course, lead_m)
-        if math.isfinite(ground_m):
+        if hold_m is None and math.isfinite(ground_m):
             self.held_m = ground_m + self._scan_altitude_m
+        kept_m = self.held_m if hold_m is None else hold_m
         lead_s = lead_m / max(speed_m_s, SLOWEST_M_S)
         asked = [
-            next_altitude(terrain, place_m, course, speed_m_s, altitude_m, lead_s, self._following, self.held_m)
+            next_altitude(terrain, place_m, course, speed_m_s, altitude_m, lead_s, self._following, kept_m)
             for place_m in (here_m, _along(here_m, course, lead_m))
         ]
         highest = max(asked, key=lambda one: one.late_m)
@@ -125,7 +142,7 @@ class Relief:
             return here_m, highest.wanted_m
         soon_m = max(one.altitude_m for one in asked)
         if left_m <= lead_m:
-            return to_m, soon_m
+            return to_m, soon_m if hold_m is None else max(one.wanted_m for one in asked)
         carrot_m = min(CARROT_M, left_m)
         return _along(here_m, course, carrot_m), altitude_m + (soon_m - altitude_m) * carrot_m / lead_m
 

@@ -384,7 +384,9 @@ class Together:
         flight, sigma_m = self._flight, 2.0 * CELL_M
         if place is not None:
             eph_m = self._onboard.telemetry.eph_m or 0.0
-            sigma_m = places.sigma_m(place, flight.altitude_m, flight.settings.ground_sigma_m, eph_m) / math.sqrt(2.0)
+            sigma_m = places.sigma_m(place, flight.over_ground_m, flight.settings.ground_sigma_m, eph_m) / math.sqrt(
+                2.0
+            )
         at_deg = flight.place_deg(place.edge_m if place is not None else region.middle_m)
         confidence = region.score if place is not None else 0.0
         label = self._labels.index(region.label)

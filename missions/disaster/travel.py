@@ -17,13 +17,15 @@ class Travel:
 
     def __init__(self, flight: Flying) -> None:
         self._flight, self._onboard = flight, flight.onboard
-        self._follow_us = 0
 
     def to(self, to_m: Corner, altitude_m: float, within_m: float, *, aside: bool = False) -> Script:
-        """To a place, at an altitude above home. `aside`: by way of what is found, and over the ground, if so set."""
+        """To a place, at an altitude above home; with `altitude: terrain` also clear of what is mapped on the way.
+
+        `aside`: by way of what is found, and over the ground, if so set.
+        """
         flight, onboard = self._flight, self._onboard
         sent: tuple[Corner, float] | None = None
-        motion = steps.Motion()
+        motion, follow_us, wanted = steps.Motion(), 0, (to_m, altitude_m)
         began_us, limit_s = onboard.now_us, 60.0 + math.dist(flight.here_m, to_m) / SLOWEST_M_S
         while sent is None or not self.is_there(to_m, sent[1], within_m):
             flight.check()
@@ -37,9 +39,10 @@ class Travel:
             if (yield from flight.until_clear(to_m)):
                 began_us += onboard.now_us - left_us
                 sent, motion = None, steps.Motion()
-            wanted = to_m, altitude_m
-            if aside and flight.settings.altitude == "terrain":
-                wanted = self._follow(to_m, sent)
+            if flight.settings.altitude == "terrain" and (sent is None or onboard.now_us >= follow_us):
+                follow_us = onboard.now_us + FOLLOW_EVERY_US
+                yield from flight.clear_return()
+                wanted = self._follow(to_m, None if aside else altitude_m)
             if wanted != sent:
                 yield from self.send(*wanted)
                 sent = wanted
@@ -49,13 +52,10 @@ class Travel:
                 raise steps.StepFailed(f"{why}, {math.dist(flight.here_m, to_m):.1f} m from a waypoint")
             yield
 
-    def _follow(self, to_m: Corner, sent: tuple[Corner, float] | None) -> tuple[Corner, float]:
-        """The waypoint on the way to a place that keeps the scan's height over the ground; `sent`: the one before."""
-        flight, onboard = self._flight, self._onboard
-        if sent is not None and onboard.now_us < self._follow_us:
-            return sent
-        self._follow_us = onboard.now_us + FOLLOW_EVERY_US
-        return flight.ground.waypoint(flight.here_m, to_m, onboard.telemetry.speed_m_s, flight.altitude_m)
+    def _follow(self, to_m: Corner, hold_m: float | None) -> tuple[Corner, float]:
+        """The next waypoint on the way to a place (see `Relief.waypoint`)."""
+        flight, speed_m_s = self._flight, self._onboard.telemetry.speed_m_s
+        return flight.ground.waypoint(flight.here_m, to_m, speed_m_s, flight.altitude_m, hold_m)
 
     def send(self, to_m: Corner, altitude_m: float) -> Script:
         """Sends the vehicle on."""

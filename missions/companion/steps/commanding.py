@@ -1,9 +1,10 @@
-"""What the autopilot is told and has to accept: commands, and uploads of missions, fences and rally points."""
+"""What the autopilot is told and has to accept: commands, parameters, uploads of missions, fences and rally points."""
 
 from collections.abc import Sequence
 
 from sitl_emu.gcs.command import Command
 from sitl_emu.gcs.mission import FENCE, MISSION, RALLY, MissionItem, MissionUpload
+from sitl_emu.gcs.parameter import ParameterSet
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK
 from sitl_emu.missions.companion.onboard import Onboard, Script
 
@@ -20,6 +21,13 @@ def command(onboard: Onboard, wanted: Command, what: str) -> Script:
     yield from onboard.do(AUTOPILOT_LINK, wanted)
     if wanted.outcome is None or not wanted.outcome.accepted:
         raise StepFailed(f"{what}: {wanted.outcome.text if wanted.outcome else NO_ANSWER}")
+
+
+def parameter(onboard: Onboard, name: str, value: float) -> Script:
+    """Until the autopilot has told that a parameter has a value."""
+    asked = yield from onboard.do(AUTOPILOT_LINK, ParameterSet(onboard.system_id, name, value))
+    if not asked.accepted:
+        raise StepFailed(f"parameter {name}: the autopilot does not take {value:g}")
 
 
 def upload(onboard: Onboard, items: Sequence[MissionItem], mission_type: int = MISSION) -> Script:
