@@ -394,7 +394,7 @@ class Flight:
         return self.ground.standing_m(place_m) if follows else self.settings.scan_altitude_m
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
-        """Stands over a place and looks; the place as it is then."""
+        """Stands over a place and looks; the place as it is then. Raises Aborted where it is another each time."""
         for _ in range(tries.TRIES + 1):
             yield from self.travel.to(place.place_m, self._standing_m(place.place_m), STANDING_M)
             yield from steps.pause(self.onboard, LOOKED_S)
@@ -402,7 +402,7 @@ class Flight:
             if math.dist(again.place_m, place.place_m) <= STANDING_M:
                 return again
             place = again
-        return place
+        raise Aborted(Reason.NO_PLACE, f"each time it stood over one, there was a better at the edge of {place.label}")
 
     def _again(self, place: Place) -> Place:
         """A place after more looks. Raises Aborted where it is none any more, or not known well enough."""
