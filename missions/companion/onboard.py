@@ -47,6 +47,8 @@ class Onboard:
         self.telemetry = Telemetry()
         self.peer = PeerLink(peer_lost_after_us)
         self.yielding = Yielding()
+        self.given_back = 0
+        """How often who had taken the vehicle has given it back: it may be anywhere then, and hold there."""
         self.failsafe: FailsafeWatch | None = None
         """Whether a failsafe has the vehicle, and which; None until its autopilot was heard."""
         self.depth: Depth | None = None
@@ -121,6 +123,7 @@ class Onboard:
                 self.say(f"Companion yields: {self.taken_by}, mode {mode}", WARNING)
                 self.note("yielded", f"{self.taken_by}, mode {mode}", mode=mode, by=by)
             else:
+                self.given_back += 1
                 self.say(f"Companion resumes in {self.telemetry.mode}")
                 self.note("resumed", f"in {self.telemetry.mode}")
         return self.yielding.yielded_to is not None

@@ -2,7 +2,7 @@
 
 The parcel stays on board. Some reasons concern one place, and the scan goes on (`Reason.of_the_place`); with the others
 the vehicle goes home. A pilot who takes over, and a failsafe of the autopilot's, are neither: `Onboard.watch_pilot`
-tells them.
+tells them. What was about a place when they did is given up when the vehicle is given back.
 """
 
 import math
@@ -42,6 +42,7 @@ class Reason(StrEnum):
     OBSTACLE = "obstacle"
     NO_PLACE = "no safe place"
     PEER = "peer's claim"
+    TAKEN = "vehicle was taken over"
     ALONE = "out of touch"
 
     @property

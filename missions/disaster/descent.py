@@ -43,6 +43,7 @@ class Descent:
         lowest_m = guess_m - GROUND_SIGMAS * sigma_m - HEIGHT_M
         since_us = self._onboard.now_us
         while True:
+            flight.check()
             if self._onboard.now_us - since_us > DESCENT_S * 1e6:
                 raise Aborted(Reason.DRIFT, f"not over the place after {DESCENT_S:.0f} s")
             if release_m <= LIDAR_REACH_M:
@@ -61,7 +62,6 @@ class Descent:
             if abs(height_m - sent_m) > HEIGHT_M / 2.0:
                 yield from self._travel.send(to_m, height_m)
                 sent_m = height_m
-            flight.check()
             yield
 
     @property
@@ -83,6 +83,7 @@ class Descent:
         onboard = self._onboard
         since_us, sent_m = onboard.now_us, None
         while True:
+            self._flight.check()
             aborts.check_wind(onboard.telemetry.wind_m_s)
             north_m, east_m = self._impact_m()
             miss = place_m[0] - north_m, place_m[1] - east_m
@@ -94,7 +95,6 @@ class Descent:
             if sent_m is None or (math.dist(aim_m, sent_m) > AIMED_M / 2.0 and onboard.telemetry.speed_m_s < 0.3):
                 yield from self._travel.send(aim_m, self.below_m + self._flight.settings.release_height_m)
                 sent_m = aim_m
-            self._flight.check()
             yield from steps.pause(onboard, 0.25)
 
     def _impact_m(self) -> Corner:

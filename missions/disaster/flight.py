@@ -97,6 +97,8 @@ class Flight:
         self.descent = Descent(self, self.travel)
         self._is_low = False
         """Whether it is on its way down to a place, or there."""
+        self._given_back: int | None = None
+        """`Onboard.given_back` when it came to stand over a place; None: it is about none."""
         self._tried: list[Place] = []
         self._lasting = Lasting()
         self._allowed: Cells | None = None
@@ -291,6 +293,8 @@ class Flight:
             if self.together.homeward:
                 return
             self.together.check()
+        if self._given_back not in (None, self.onboard.given_back):
+            raise Aborted(Reason.TAKEN, "it is given back, and may be anywhere")
         aborts.check_vehicle(
             telemetry.battery_percent, telemetry.eph_m, telemetry.has_fix, telemetry.gps_glitches, telemetry.compass_ok
         )
@@ -379,7 +383,7 @@ class Flight:
                 raise
             self._abort(why)
         finally:
-            self._is_low = False
+            self._is_low, self._given_back = False, None
         onboard.enter("resuming", "back to where the line was left" if left_m is not None else "up again")
         up_m = self._standing_m(self.here_m)
         if self.altitude_m < up_m - LOWEST_CLIMB_M:
@@ -397,7 +401,9 @@ class Flight:
         """Stands over a place and looks; the place as it is then. Raises Aborted where it is another each time."""
         for _ in range(tries.TRIES + 1):
             yield from self.travel.to(place.place_m, self._standing_m(place.place_m), STANDING_M)
+            self._given_back = self.onboard.given_back
             yield from steps.pause(self.onboard, LOOKED_S)
+            self.check()
             again = self._again(place)
             if math.dist(again.place_m, place.place_m) <= STANDING_M:
                 return again

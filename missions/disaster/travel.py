@@ -26,9 +26,14 @@ class Travel:
         flight, onboard = self._flight, self._onboard
         sent: tuple[Corner, float] | None = None
         motion, follow_us, wanted = steps.Motion(), 0, (to_m, altitude_m)
+        given_back = onboard.given_back
         began_us, limit_s = onboard.now_us, 60.0 + math.dist(flight.here_m, to_m) / SLOWEST_M_S
         while sent is None or not self.is_there(to_m, sent[1], within_m):
             flight.check()
+            if onboard.given_back != given_back:  # it holds where it was left, and may be farther away
+                given_back, began_us = onboard.given_back, onboard.now_us
+                limit_s = 60.0 + math.dist(flight.here_m, to_m) / SLOWEST_M_S
+                sent, motion = None, steps.Motion()
             place = flight.due() if aside else None
             if place is not None:
                 left_m, left_us = flight.here_m, onboard.now_us
