@@ -40,8 +40,6 @@ from sitl_emu.missions.disaster.settings import Settings, settings_of
 from sitl_emu.missions.disaster.sight import Eye, Sight
 from sitl_emu.missions.disaster.sightings import Sightings
 
-BEFORE_FLIGHT = ("connecting", "uploading", "waiting for health", "taking off")
-
 
 class Responder:
     """The UAS's companion. See the module for what it does."""
@@ -155,7 +153,7 @@ class Responder:
                 self._fail(str(failure))
             if self._script is None and not self._done:
                 self._end(self._failure or self.flight.outcome)
-        elif onboard.phase not in BEFORE_FLIGHT and not onboard.telemetry.armed and not self._done:
+        elif not onboard.telemetry.armed and not self._done:
             self._end(self._failure or onboard.taken_by)
         out = onboard.on_time(now_us)
         return out if self.flight.together is None else out + self.flight.together.on_time(now_us, over=self._done)

@@ -50,3 +50,14 @@ def test_given_back_low_over_a_place_it_gives_that_up_and_comes_again(
     assert flown.aborts == [(1, "vehicle was taken over")] and flown.outcomes == {1: "success"}
     ((_, north_m, east_m),) = flown.parcels
     assert 0.5 < FIRE.distance(Point(north_m, east_m)) < 5.0
+
+
+def test_taken_over_on_its_way_up_the_mission_ends_when_the_vehicle_is_disarmed() -> None:
+    sky = Sky(1, AREA_M, [], 0.0, 1)
+    assert sky.fly(60.0, then=lambda sky: sky.quads[1].up_m > 3.0)
+    quad = sky.quads[1]
+    quad.choose(POSITION)
+    assert sky.fly(70.0, then=lambda sky: sky.tells(1, "yielded"))
+    quad.up_m, quad.armed = 0.0, False
+    assert sky.fly(sky.now_us / 1e6 + 5.0)
+    assert sky.flown().outcomes == {1: "pilot took over"}
