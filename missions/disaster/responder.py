@@ -56,6 +56,8 @@ class Responder:
         """By label: the frame that showed it last, and the best box in it."""
         self._sightings = Sightings(settings.camera, settings.location)
         self._alarms = Alarms(settings.camera, settings.perception.confirming.confirm_score, self._is_asked)
+        self._other_size: tuple[int, int] | None = None
+        """Width and height of a picture that the camera can't have taken."""
         self._outcome, self._failure = "", ""
         self._done = False
 
@@ -107,13 +109,27 @@ class Responder:
         return flight.over_ground_m / self.settings.camera.focal_px
 
     def detect(self, image: Image, gsd_m: float) -> Sequence[Detection]:
-        """Runs the detector, looks for edges, follows corners."""
+        """Runs the detector, looks for edges, follows corners. A picture of a size that is not the camera's: nothing.
+
+        Where such pictures lie on the ground is not known: with the next `on_detections` the mission fails.
+        """
+        height, width = image.shape[:2]
+        camera = self.settings.camera
+        if (width, height) != (camera.width, camera.height):
+            self._other_size = width, height
+            return []
         return self._eye.look(image, gsd_m)
 
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
         """Puts a frame's detections into the map."""
         self._onboard.now_us = now_us
         flight = self.flight
+        if self._other_size is not None:
+            if not self._failure:
+                (width, height), camera = self._other_size, self.settings.camera
+                calibrated = f"the camera is calibrated for {camera.width} x {camera.height}"
+                self._fail(f"pictures of {width} x {height}, and {calibrated}: give its own `calibration`")
+            return []
         settings, telemetry, home = self.settings, self._onboard.telemetry, Origin(*flight.home)
         pose = camera_pose_at(telemetry, frame_time_us, settings.mount, home)
         if pose is None or flight.regions is None:

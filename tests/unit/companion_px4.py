@@ -118,6 +118,8 @@ class FakePx4:
         self.heard: list[Any] = []
         self.commands: list[tuple[int, float]] = []
         self.parameters: dict[str, float] = {}
+        self.kept = set[str]()
+        """Parameters whose values it does not change."""
         self.ack: Callable[[int], int] = lambda command: 0
         self._sent_us: dict[str, int] = {}
         self._loaded = 0
@@ -162,10 +164,10 @@ class FakePx4:
             sender = (msg.get_srcSystem(), msg.get_srcComponent())
             answers = [mavlink.MAVLink_command_ack_message(msg.command, result, 255, 0, *sender)]
         elif kind == "PARAM_SET":
-            self.parameters[msg.param_id] = msg.param_value
-            answers = [
-                mavlink.MAVLink_param_value_message(msg.param_id.encode(), msg.param_value, msg.param_type, 900, 65535)
-            ]
+            if msg.param_id not in self.kept:
+                self.parameters[msg.param_id] = msg.param_value
+            value = self.parameters.get(msg.param_id, 0.0)
+            answers = [mavlink.MAVLink_param_value_message(msg.param_id.encode(), value, msg.param_type, 900, 65535)]
         return [on_the_wire(answer, self.system, 1) for answer in answers]
 
     def on_time(self, now_us: int) -> list[Any]:

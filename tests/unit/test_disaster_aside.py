@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from shapely import Point, box
 
@@ -139,3 +140,36 @@ def test_where_nothing_is_found_that_is_a_success() -> None:
     sky = Sky(1, AREA_M, [box(500.0, 500.0, 510.0, 510.0)], 0.0, 1)
     assert sky.fly(300.0)
     assert not sky.flown().aborts and sky.flown().outcomes == {1: "success"}
+
+
+@pytest.mark.parametrize("name", ["MIS_TAKEOFF_ALT", "RTL_RETURN_ALT"])
+def test_it_does_not_take_off_where_a_height_is_not_taken(name: str) -> None:
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+    sky.quads[1].kept = {name}
+    assert sky.fly(60.0)
+    assert sky.flown().outcomes == {1: f"parameter {name}: the autopilot does not take 15"}
+    assert 400 not in [command for command, _ in sky.quads[1].commands], "it was not armed"
+
+
+def test_pictures_of_another_size_than_the_cameras_are_refused_and_end_the_mission() -> None:
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+    assert sky.fly(60.0, then=lambda sky: sky.tells(1, "phase", phase="scanning"))
+    companion = sky.companions[1]
+    assert companion.detect(np.zeros((480, 640, 3), np.uint8), 0.06) == []
+    assert sky.fly(200.0)
+    (outcome,) = sky.flown().outcomes.values()
+    assert all(words in outcome for words in ("640 x 480", "320 x 240", "`calibration`"))
+    assert not sky.parcels and sky.quads[1].up_m == 0.0
+
+
+def test_a_place_that_is_another_each_time_it_is_looked_at_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+
+    def moves_on(place: places.Place) -> places.Place:
+        return place._replace(place_m=(place.place_m[0] - 2.0, place.place_m[1]))
+
+    monkeypatch.setattr(sky.companions[1].flight, "_again", moves_on)
+    assert sky.fly(400.0)
+    flown = sky.flown()
+    assert not flown.parcels and set(flown.aborts) == {(1, "no safe place")}
+    assert not sky.tells(1, "phase", phase="delivering") and len(flown.lines[1]) == flown.lines_in_all
