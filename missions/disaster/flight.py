@@ -413,13 +413,15 @@ class Flight:
     def _again(self, place: Place) -> Place:
         """A place after more looks. Raises Aborted where it is none any more, or not known well enough."""
         assert self.regions is not None
-        of = [region for region in self.regions.regions() if tries.is_of(place, self.regions, region, 2.0 * GAP_M)]
+        regions = self.regions
+        of = [region for region in regions.regions() if tries.is_of(place, regions, region, 2.0 * GAP_M)]
         if not of:
             raise Aborted(Reason.NOT_PERSISTING, f"{place.label} is not there from above")
-        free = self.choose(of[0], place.place_m)
-        again = self.choose(of[0], place.place_m, self._allowed)
+        nearest = min(of, key=lambda region: tries.away_m(place, regions, region))
+        free = self.choose(nearest, place.place_m)
+        again = self.choose(nearest, place.place_m, self._allowed)
         if again is None:
-            again = places.kept(self.regions, of[0], place, self._allowed, self.ground.stands)
+            again = places.kept(regions, nearest, place, self._allowed, self.ground.stands)
         if again is None:
             if free is not None:
                 raise Aborted(Reason.GEOFENCE, "the place lies beyond the fence")

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import Region, RegionMap
 
@@ -28,6 +30,10 @@ def is_left(tried: Sequence[Place], regions: RegionMap, region: Region) -> bool:
 
 def is_of(place: Place, regions: RegionMap, region: Region, within_m: float) -> bool:
     """Whether a place's edge is a region's."""
+    return region.label == place.label and away_m(place, regions, region) <= within_m
+
+
+def away_m(place: Place, regions: RegionMap, region: Region) -> float:
+    """How far a place's edge is from the nearest of a region's cells."""
     north, east = regions.north_m[region.cells], regions.east_m[region.cells]
-    near = (north - place.edge_m[0]) ** 2 + (east - place.edge_m[1]) ** 2
-    return region.label == place.label and bool(near.min() <= within_m**2)
+    return float(np.hypot(north - place.edge_m[0], east - place.edge_m[1]).min())

@@ -1,6 +1,7 @@
 """Aside from the line to a place for the parcel: one that lasts, that a front has reached, or none at all."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from sitl_emu.gcs.telemetry import Wind
 from sitl_emu.missions.companion.onboard import Script
 from sitl_emu.missions.disaster import places, tries
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
+from sitl_emu.missions.disaster.flight import Flight
 from tests.unit.disaster_sky import Sky
 
 AREA_M = [(0.0, 0.0), (0.0, 60.0), (40.0, 60.0), (40.0, 0.0)]
@@ -173,3 +175,22 @@ def test_a_place_that_is_another_each_time_it_is_looked_at_is_given_up(monkeypat
     flown = sky.flown()
     assert not flown.parcels and set(flown.aborts) == {(1, "no safe place")}
     assert not sky.tells(1, "phase", phase="delivering") and len(flown.lines[1]) == flown.lines_in_all
+
+
+def test_of_several_regions_about_a_place_the_nearest_to_its_edge_is_the_one_it_is_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    flight = Sky(1, AREA_M, [], 0.0, 1).companions[1].flight
+    north_m, east_m = np.mgrid[0:10, 0:10].astype(np.float64)
+    place, chosen = places.Place("water_body", 0.9, (5.0, 3.0), (5.0, 5.0), 0.1, 40.0), list[object]()
+    far, near = (SimpleNamespace(label="water_body", cells=east_m == east) for east in (8.0, 6.0))
+
+    def choose(region: object, *_: object) -> places.Place:
+        chosen.append(region)
+        return place
+
+    regions = SimpleNamespace(regions=lambda: [far, near], north_m=north_m, east_m=east_m)
+    monkeypatch.setattr(flight, "regions", regions)
+    monkeypatch.setattr(flight, "choose", choose)
+    monkeypatch.setattr(Flight, "over_ground_m", 15.0)
+    assert flight._again(place) == place and all(one is near for one in chosen)
