@@ -27,6 +27,7 @@ from sitl_emu.autopilot.navigator.navigator import Navigator
 from sitl_emu.autopilot.parameters import Parameters, Value
 from sitl_emu.autopilot.parameters.corrections import ParameterCorrections
 from sitl_emu.autopilot.parameters.storage import ParameterStorage
+from sitl_emu.autopilot.payload import camera_trigger
 from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
 from sitl_emu.autopilot.payload.gimbal import Gimbal
 from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
@@ -114,6 +115,7 @@ class Autopilot:
         self._runs_flight_modes = "flight_mode_manager" in traits.modules
         self.control = CONTROLS[kind](*shared, self.texts)
         self.payload_deliverer = PayloadDeliverer(*shared, self.outgoing)
+        self.camera_trigger = CameraTrigger(*shared) if camera_trigger.starts(self.parameters) else None
         self.started = self._started_modules()
         self.commands = VehicleCommands(self._owners(), self.texts.note)
         self.logger = Logger(
@@ -163,6 +165,8 @@ class Autopilot:
                 module.update(now_us)
             self.dataman.save_progress()
             self.parameter_storage.update(now_us)
+        if self.camera_trigger is not None:
+            self.camera_trigger.update(now_us)
         if ticks % POSITION_EVERY == 0:
             if self._runs_flight_modes:
                 self.flight_modes.update(now_us)
@@ -183,13 +187,12 @@ class Autopilot:
         """Who decides on commands; a later one takes precedence."""
         failures = FailureInjectionManager(self.topics, self.parameters)
         estimator = EstimatorCommands(self.estimator, self.topics, self.parameters)
-        return (self.commander, self.navigator, self.payload_deliverer, failures, estimator, *self.started)
+        triggers = () if self.camera_trigger is None else (self.camera_trigger,)
+        return (self.commander, self.navigator, self.payload_deliverer, failures, estimator, *triggers, *self.started)
 
     def _started_modules(self) -> tuple[StartedModule, ...]:
         """Those that PX4's start-up script starts for this airframe (rcS)."""
         modules: list[StartedModule] = [*self.control.started]
-        if self.parameters["TRIG_MODE"] > 0:
-            modules.append(CameraTrigger(self.topics, self.parameters))
         if self.parameters["MNT_MODE_IN"] >= 0:
             modules.append(Gimbal(self.topics, self.parameters, self.outgoing))
         return tuple(modules)

@@ -1,25 +1,44 @@
 """When the camera is to take an image: once, by distance, by time. PX4's camera_trigger and camera_feedback (v1.18).
 
-Runs where TRIG_MODE is above 0 at boot (rcS). TRIG_MODE 1 counts time and 4 distance, once a command has switched it
-on; 2 and 3 do so from the start. That an image is wanted is told by CAMERA_TRIGGER, whose stream also asks the cameras
-on its link for it; and where the vehicle was by CAMERA_IMAGE_CAPTURED of the autopilot, once it knows that.
+Runs where TRIG_MODE is above 0 at boot (rcS) and TRIG_INTERFACE is 3, MAVLink. TRIG_MODE 1 counts time and 4 distance,
+once a command has switched it on; 2 and 3 do so from the start. That an image is wanted is told by CAMERA_TRIGGER,
+whose stream also asks the cameras on its link for it; and where the vehicle was by CAMERA_IMAGE_CAPTURED of the
+autopilot, once it knows that.
 
-Left out: interfaces other than MAVLink (TRIG_INTERFACE 3), power control, and feedback from a camera's pin.
+It takes one command a run, 20 times a second, and answers it then. The image itself is one timer's (_engagecall): a
+series by time is its period, counted from planned times, and any other image takes that timer away from the series.
+
+Left out: other interfaces, power control, and feedback from a camera's pin.
 """
 
 import math
+from collections import deque
 from typing import ClassVar
 
 from sitl_emu.autopilot.commands.table import Owner, commands_of
-from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, CommandResult, obey_navigator
+from sitl_emu.autopilot.commands.vehicle_commands import (
+    MAV_RESULT_ACCEPTED,
+    MAV_RESULT_TEMPORARILY_REJECTED,
+    CommandResult,
+    answer_later,
+    obey_navigator,
+    tell,
+)
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import CameraCapture, CameraTriggered, Quaternion, Topics, VehicleCommand
+from sitl_emu.core import c_types
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import heading, product, quaternion
-from sitl_emu.core.c_types import truncated
 
 OFF, TIME_ON_COMMAND, TIME_ALWAYS, DISTANCE_ALWAYS, DISTANCE_ON_COMMAND = range(5)
 """TRIG_MODE."""
+MAVLINK_INTERFACE = 3
+"""TRIG_INTERFACE."""
+RUN_US = 50_000
+"""CameraTrigger::Run."""
+COMMANDS_KEPT = 8
+"""vehicle_command's ORB_QUEUE_LENGTH."""
+NEVER_US = 1 << 62
 UNKNOWN_GROUND_M = -1.0
 GIMBAL_SILENT_US = 1_000_000
 """CameraFeedback::Run."""
@@ -27,6 +46,15 @@ YAW_LOCK: int = mavlink.GIMBAL_DEVICE_FLAGS_YAW_LOCK
 DO_DIGICAM_CONTROL = mavlink.MAV_CMD_DO_DIGICAM_CONTROL
 DO_SET_CAM_TRIGG_DIST = mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST
 DO_TRIGGER_CONTROL = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
+ACCEPTED = CommandResult(MAV_RESULT_ACCEPTED)
+
+
+def starts(parameters: Parameters) -> bool:
+    """Whether there is one; interfaces other than MAVLink PX4's simulated vehicles do not know, and it fails to start.
+
+    camera_feedback runs without it, and has nothing to do.
+    """
+    return bool(parameters["TRIG_MODE"] > 0 and parameters["TRIG_INTERFACE"] == MAVLINK_INTERFACE)
 
 
 class CameraTrigger:
@@ -35,77 +63,130 @@ class CameraTrigger:
     COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.CAMERA_TRIGGER)
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
-        """Only for a vehicle whose TRIG_MODE is above 0."""
+        """Only for a vehicle where it starts."""
         self._topics = topics
+        self._parameters = parameters
         self.mode = int(parameters["TRIG_MODE"])
         self.distance_m = float(parameters["TRIG_DISTANCE"])
-        self.interval_s = float(parameters["TRIG_INTERVAL"]) * 1e-3
-        self._shortest_us = round(float(parameters["TRIG_MIN_INTERVA"]) * 1e3)
+        self.interval_ms = float(parameters["TRIG_INTERVAL"])
+        self._shortest_us = float(parameters["TRIG_MIN_INTERVA"]) * 1e3
         self.enabled = self.mode in (TIME_ALWAYS, DISTANCE_ALWAYS)
         self.paused = False
+        self._one_shot = False
         self._sequence = 0
         self._shot_at: tuple[float, float] | None = None
-        self._shot_us = -self._shortest_us
-        self._due_us = 0
+        self._shot_us = 0
+        """0: there was none yet."""
+        self._commands: deque[VehicleCommand] = deque(maxlen=COMMANDS_KEPT)
         self._commands_seen = 0
+        self._run_us = 0
+        self._engage_us, self._period_us = NEVER_US, 0
+        if self.mode == TIME_ALWAYS:
+            self._start_series(0)
 
-    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult:
-        """All of COMMANDS are accepted."""
-        number = command.command
-        first = whole(command.param1)
+    def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
+        """One of COMMANDS waits for its run, which answers it."""
+        self._commands.append(command)
+        return None
+
+    def update(self, now_us: int) -> None:
+        """Every tick: run if it is time to, and take the image that is due."""
+        self._commands_seen = obey_navigator(self, now_us, self._topics, self._commands_seen)
+        if now_us >= self._run_us:
+            self._run_us = now_us + RUN_US
+            self._run(now_us)
+        if now_us >= self._engage_us:
+            self._engage_us = self._following_us(now_us)
+            self._engage(now_us)
+
+    def _run(self, now_us: int) -> None:
+        was = (self.enabled, self.paused)
+        command = self._commands.popleft() if self._commands else None
+        result = self._obey(now_us, command) if command is not None else ACCEPTED
+        if was != (self.enabled, self.paused) or self._one_shot:
+            self._change(now_us)
+        if self.mode in (DISTANCE_ALWAYS, DISTANCE_ON_COMMAND):
+            self._follow_distance(now_us)
+        if self._one_shot:
+            self._shoot_once(now_us)
+            self._one_shot = False
+        if command is not None and command.from_external:
+            answer_later(self._topics, command, result)
+        elif command is not None:
+            tell(self._topics, now_us, command, result)
+
+    def _obey(self, now_us: int, command: VehicleCommand) -> CommandResult:
+        number, first = command.command, whole(command.param1)
         if number == DO_DIGICAM_CONTROL:
+            if now_us - self._shot_us < self._shortest_us:
+                return CommandResult(MAV_RESULT_TEMPORARILY_REJECTED)
             if whole(command.param5) == 1:
-                self._shoot(now_us)
+                self._one_shot = True
         elif number == DO_TRIGGER_CONTROL:
             if whole(command.param3) in (0, 1):
                 self.paused = whole(command.param3) == 1
             if whole(command.param2) == 1:
                 self._sequence = 0
             if first in (0, 1):
-                self._enable(now_us, on=first == 1)
+                self.enabled = first == 1
         elif number == DO_SET_CAM_TRIGG_DIST:
-            if command.param1 > 0.0:
-                self.distance_m = command.param1
-                self.paused = False
-                self._enable(now_us, on=True)
-            elif first == 0:
-                self.paused, self._shot_at = True, None
-            elif first == -1:
-                self._enable(now_us, on=False)
+            self._set_distance(command.param1)
             if command.param3 > 0.0:
-                self._shoot(now_us)
+                self._one_shot = True
         elif command.param1 > 0.0:
-            self.interval_s = command.param1 * 1e-3
-        return CommandResult(MAV_RESULT_ACCEPTED)
+            self.interval_ms = command.param1
+            self._parameters.set("TRIG_INTERVAL", self.interval_ms, notify=False)
+        return ACCEPTED
 
-    def update(self, now_us: int) -> None:
-        """At 50 Hz: what the mission commands, and whether it is time or far enough for the next image."""
-        self._commands_seen = obey_navigator(self, now_us, self._topics, self._commands_seen)
-        if not self.enabled or self.paused:
-            return
-        if self.mode in (TIME_ON_COMMAND, TIME_ALWAYS):
-            if now_us >= self._due_us:
-                self._due_us = now_us + truncated(self.interval_s * 1e6)
-                self._shoot(now_us)
-        else:
-            self._follow_distance(now_us)
+    def _set_distance(self, distance_m: float) -> None:
+        """And count it from here, with an image at once."""
+        if distance_m > 0.0:
+            self.distance_m = distance_m
+            self._parameters.set("TRIG_DISTANCE", distance_m, notify=False)
+            self.enabled, self.paused, self._shot_at = True, False, None
+        elif whole(distance_m) == 0:
+            self.paused = True
+        elif whole(distance_m) == -1:
+            self.enabled = False
 
-    def _enable(self, now_us: int, *, on: bool) -> None:
-        if on is not self.enabled:
-            self.enabled = on
-            self._shot_at, self._due_us = None, now_us
+    def _change(self, now_us: int) -> None:
+        """It was switched on, off, or paused, or a single image is wanted."""
+        goes_on = self.enabled and not self.paused
+        if not goes_on and not self._one_shot:
+            self._engage_us = NEVER_US
+            if self.mode in (DISTANCE_ALWAYS, DISTANCE_ON_COMMAND):
+                self._shot_at = None
+        if goes_on and self.mode == TIME_ON_COMMAND:
+            self._start_series(now_us)
 
     def _follow_distance(self, now_us: int) -> None:
         local = self._topics.vehicle_local_position
-        if not local.xy_valid:
+        if not self.enabled or self.paused or not local.xy_valid:
             return
-        last = self._shot_at
-        if last is None or math.hypot(local.x - last[0], local.y - last[1]) >= self.distance_m:
+        if self._shot_at is None:
             self._shot_at = (local.x, local.y)
-            self._shoot(now_us)
+            self._shoot_once(now_us)
+        if math.hypot(local.x - self._shot_at[0], local.y - self._shot_at[1]) >= self.distance_m:
+            self._shot_at = (local.x, local.y)
+            self._shoot_once(now_us)
 
-    def _shoot(self, now_us: int) -> None:
-        if now_us - self._shot_us < self._shortest_us:
+    # --- the timer that engages the camera --------------------------------------------------------------------
+
+    def _start_series(self, now_us: int) -> None:
+        self._engage_us, self._period_us = now_us, c_types.integer("Q", c_types.product(self.interval_ms, 1e3))
+
+    def _shoot_once(self, now_us: int) -> None:
+        self._engage_us, self._period_us = now_us, 0
+
+    def _following_us(self, now_us: int) -> int:
+        """When the timer that is due is due again: a period after it was planned, and not yet (hrt_call_invoke)."""
+        period_us = self._period_us
+        if not period_us:
+            return NEVER_US
+        return self._engage_us + period_us * ((now_us - self._engage_us) // period_us + 1)
+
+    def _engage(self, now_us: int) -> None:
+        if self._shot_us and now_us - self._shot_us < self._shortest_us:
             return
         self._shot_us = now_us
         topics, sequence = self._topics, self._sequence
@@ -129,5 +210,5 @@ class CameraTrigger:
 
 
 def whole(value: float) -> int:
-    """A parameter as a whole number, cut as C++ does; -2, which means nothing, for one that is not given."""
-    return int(value) if math.isfinite(value) else -2
+    """A parameter as a whole number (commandParamToInt); what is not given is none that means anything."""
+    return c_types.truncated(value + math.copysign(0.5, value))

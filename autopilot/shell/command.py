@@ -18,6 +18,7 @@ from sitl_emu.autopilot.mavlink.mavlink import Mavlink
 from sitl_emu.autopilot.navigator.navigator import Navigator
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.parameters.storage import ParameterStorage
+from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
 from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
 from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.topics import Topics
@@ -45,6 +46,7 @@ class Vehicle(Protocol):
     estimator: Estimator
     navigator: Navigator
     payload_deliverer: PayloadDeliverer
+    camera_trigger: CameraTrigger | None
     started: tuple[StartedModule, ...]
     mavlink: Mavlink
     logger: Logger

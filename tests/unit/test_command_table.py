@@ -59,6 +59,13 @@ def test_where_the_gimbal_does_not_run_nobody_answers_its_commands() -> None:
             assert bare.commands.handle(0, VehicleCommand(number)) is None
 
 
+def test_a_camera_trigger_starts_with_mavlink_as_its_interface_alone() -> None:
+    """Of interfaces PX4's simulated vehicles know no other (camera_trigger.cpp)."""
+    hexacopter = vehicles.load("sihsim_hex").airframe
+    assert Autopilot({**hexacopter, "TRIG_MODE": 1, "TRIG_INTERFACE": 3}, 0).camera_trigger is not None
+    assert Autopilot({**hexacopter, "TRIG_MODE": 1, "TRIG_INTERFACE": 4}, 0).camera_trigger is None
+
+
 def test_every_number_is_a_mav_cmd() -> None:
     """Or one of PX4's own three."""
     assert {number for number in COMMANDS if number not in mavlink.enums["MAV_CMD"]} == {0, 1, 2}

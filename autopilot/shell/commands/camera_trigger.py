@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from sitl_emu.autopilot.payload.camera_trigger import TIME_ALWAYS, TIME_ON_COMMAND, CameraTrigger
+from sitl_emu.autopilot.payload.camera_trigger import TIME_ALWAYS, TIME_ON_COMMAND
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, info, usage, warning
 
 NAME = "camera_trigger"
@@ -11,7 +11,7 @@ COMMANDS = (("status", "how it triggers"),)
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     """`camera_trigger status`."""
-    trigger = next((module for module in vehicle.started if isinstance(module, CameraTrigger)), None)
+    trigger = vehicle.camera_trigger
     if arguments and trigger is None:
         yield warning(NAME, "not running")
         return FAILURE
@@ -22,7 +22,7 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     yield info(NAME, f"trigger paused : {'paused' if trigger.paused else 'active'}")
     yield info(NAME, f"mode : {trigger.mode}")
     if trigger.mode in (TIME_ON_COMMAND, TIME_ALWAYS):
-        yield info(NAME, f"interval : {trigger.interval_s * 1e3:.2f} [ms]")
+        yield info(NAME, f"interval : {trigger.interval_ms:.2f} [ms]")
     else:
         yield info(NAME, f"distance : {trigger.distance_m:.2f} [m]")
     yield info(NAME, f"activation time : {vehicle.parameters['TRIG_ACT_TIME']:.2f} [ms]")
