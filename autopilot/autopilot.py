@@ -115,7 +115,7 @@ class Autopilot:
         self._runs_flight_modes = "flight_mode_manager" in traits.modules
         self.control = CONTROLS[kind](*shared, self.texts)
         self.payload_deliverer = PayloadDeliverer(*shared, self.outgoing)
-        self.camera_trigger = CameraTrigger(*shared) if camera_trigger.starts(self.parameters) else None
+        self.camera_trigger = CameraTrigger(*shared, self.outgoing) if camera_trigger.starts(self.parameters) else None
         self.started = self._started_modules()
         self.commands = VehicleCommands(self._owners(), self.texts.note)
         self.logger = Logger(

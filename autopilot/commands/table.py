@@ -189,7 +189,7 @@ COMMANDS: Mapping[int, Command] = {
     mavlink.MAV_CMD_PREFLIGHT_UAVCAN: Command(otherwise=NO_ACK),
     mavlink.MAV_CMD_PREFLIGHT_STORAGE: Command(owner=Owner.COMMANDER),
     mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: Command(owner=Owner.COMMANDER),
-    mavlink.MAV_CMD_OBLIQUE_SURVEY: Command(otherwise=NO_ACK, item=PASSED_OVER_ITEM),
+    mavlink.MAV_CMD_OBLIQUE_SURVEY: Command(owner=Owner.CAMERA_TRIGGER, otherwise=NO_ACK, item=PAYLOAD_ITEM),
     mavlink.MAV_CMD_DO_SET_STANDARD_MODE: Command(owner=Owner.COMMANDER),
     mavlink.MAV_CMD_MISSION_START: Command(owner=Owner.COMMANDER),
     mavlink.MAV_CMD_ACTUATOR_GROUP_TEST: Command(owner=Owner.ACTUATOR_GROUP_TEST, otherwise=NO_ACK),

@@ -8,6 +8,8 @@ autopilot, once it knows that.
 It takes one command a run, 20 times a second, and answers it then. The image itself is one timer's (_engagecall): a
 series by time is its period, counted from planned times, and any other image takes that timer away from the series.
 
+OBLIQUE_SURVEY counts distance too, and between two images has the gimbal roll on to the next of its poses.
+
 Left out: other interfaces, power control, and feedback from a camera's pin.
 """
 
@@ -15,12 +17,14 @@ import math
 from collections import deque
 from typing import ClassVar
 
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import (
     MAV_RESULT_ACCEPTED,
     MAV_RESULT_TEMPORARILY_REJECTED,
     CommandResult,
     answer_later,
+    give_inside,
     obey_navigator,
     tell,
 )
@@ -46,6 +50,8 @@ YAW_LOCK: int = mavlink.GIMBAL_DEVICE_FLAGS_YAW_LOCK
 DO_DIGICAM_CONTROL = mavlink.MAV_CMD_DO_DIGICAM_CONTROL
 DO_SET_CAM_TRIGG_DIST = mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST
 DO_TRIGGER_CONTROL = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
+OBLIQUE_SURVEY = mavlink.MAV_CMD_OBLIQUE_SURVEY
+FEWEST_POSES = 2.0
 ACCEPTED = CommandResult(MAV_RESULT_ACCEPTED)
 
 
@@ -62,10 +68,12 @@ class CameraTrigger:
 
     COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.CAMERA_TRIGGER)
 
-    def __init__(self, topics: Topics, parameters: Parameters) -> None:
+    def __init__(self, topics: Topics, parameters: Parameters, outgoing: OutgoingCommands) -> None:
         """Only for a vehicle where it starts."""
         self._topics = topics
+        self._outgoing = outgoing
         self._parameters = parameters
+        self._system = int(parameters["MAV_SYS_ID"])
         self.mode = int(parameters["TRIG_MODE"])
         self.distance_m = float(parameters["TRIG_DISTANCE"])
         self.interval_ms = float(parameters["TRIG_INTERVAL"])
@@ -79,6 +87,13 @@ class CameraTrigger:
         """0: there was none yet."""
         self._commands: deque[VehicleCommand] = deque(maxlen=COMMANDS_KEPT)
         self._commands_seen = 0
+        self._target = (0, 0)
+        """System and component that the last command was for."""
+        self._poses = self._pose = 0
+        """Of an oblique survey: how many there are, none without one, and which it is."""
+        self._pitch_deg = self._roll_deg = 0.0
+        self._posed = False
+        """Whether the gimbal has been told its pose for the next image."""
         self._run_us = 0
         self._engage_us, self._period_us = NEVER_US, 0
         if self.mode == TIME_ALWAYS:
@@ -117,6 +132,8 @@ class CameraTrigger:
 
     def _obey(self, now_us: int, command: VehicleCommand) -> CommandResult:
         number, first = command.command, whole(command.param1)
+        is_ours = not command.from_external
+        self._target = (self._system if is_ours else command.target_system, command.target_component)
         if number == DO_DIGICAM_CONTROL:
             if now_us - self._shot_us < self._shortest_us:
                 return CommandResult(MAV_RESULT_TEMPORARILY_REJECTED)
@@ -133,6 +150,9 @@ class CameraTrigger:
             self._set_distance(command.param1)
             if command.param3 > 0.0:
                 self._one_shot = True
+        elif number == OBLIQUE_SURVEY:
+            self._set_distance(command.param1)
+            self._survey(command)
         elif command.param1 > 0.0:
             self.interval_ms = command.param1
             self._parameters.set("TRIG_INTERVAL", self.interval_ms, notify=False)
@@ -148,6 +168,16 @@ class CameraTrigger:
             self.paused = True
         elif whole(distance_m) == -1:
             self.enabled = False
+
+    def _survey(self, command: VehicleCommand) -> None:
+        """With how many poses, from -roll to roll, and how far apart images are at least; a single pose is none."""
+        if command.param3 > 0.0:
+            self._shortest_us = command.param3 * 1e3
+            self._parameters.set("TRIG_MIN_INTERVA", command.param3, notify=False)
+        self._poses = 0
+        if command.param4 >= FEWEST_POSES:
+            self._poses, self._pose, self._posed = whole(command.param4), 0, False
+            self._roll_deg, self._pitch_deg = command.param5, command.param6
 
     def _change(self, now_us: int) -> None:
         """It was switched on, off, or paused, or a single image is wanted."""
@@ -166,9 +196,28 @@ class CameraTrigger:
         if self._shot_at is None:
             self._shot_at = (local.x, local.y)
             self._shoot_once(now_us)
+        if self._poses and not self._posed and now_us - self._shot_us > self._shortest_us:
+            self._posed = True
+            self._roll_on(now_us)
         if math.hypot(local.x - self._shot_at[0], local.y - self._shot_at[1]) >= self.distance_m:
-            self._shot_at = (local.x, local.y)
+            self._shot_at, self._posed = (local.x, local.y), False
             self._shoot_once(now_us)
+
+    def _roll_on(self, now_us: int) -> None:
+        """Have the gimbal take its next pose (adjust_roll); the command is sent to all links as well."""
+        self._pose = (self._pose + 1) % self._poses
+        roll_deg = 2.0 * self._roll_deg / (self._poses - 1) * self._pose - self._roll_deg
+        system, component = self._target
+        command = VehicleCommand(
+            mavlink.MAV_CMD_DO_MOUNT_CONTROL,
+            *(self._pitch_deg, roll_deg, 0.0, 0.0, 0.0, 0.0),
+            float(mavlink.MAV_MOUNT_MODE_MAVLINK_TARGETING),
+            target_system=system,
+            target_component=component,
+            from_external=False,
+        )
+        give_inside(self._topics, now_us, command)
+        self._outgoing.give(command)
 
     # --- the timer that engages the camera --------------------------------------------------------------------
 

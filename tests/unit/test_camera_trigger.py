@@ -5,6 +5,7 @@ import math
 
 import pytest
 
+from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.commands.vehicle_commands import MAV_RESULT_ACCEPTED, MAV_RESULT_TEMPORARILY_REJECTED
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
@@ -14,7 +15,7 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 TICK_US = 4_000
 RUN_TICKS = 13
 """Of a tick of 4 ms each: the first that is 50 ms after the last run."""
-DIGICAM, DISTANCE, INTERVAL, CONTROL = 203, 206, 214, 2003
+DIGICAM, DISTANCE, INTERVAL, CONTROL, OBLIQUE, MOUNT_CONTROL = 203, 206, 214, 2003, 260, 205
 
 
 class Trigger:
@@ -23,7 +24,8 @@ class Trigger:
     def __init__(self, mode: int, **parameters: float) -> None:
         self.parameters = Parameters(VehicleKind.MULTICOPTER, {"TRIG_MODE": mode, **parameters})
         self.topics = Topics()
-        self.module = CameraTrigger(self.topics, self.parameters)
+        self.outgoing = OutgoingCommands()
+        self.module = CameraTrigger(self.topics, self.parameters, self.outgoing)
         self.now_us = 0
         self.north_m = 0.0
         self.speed_m_s = 0.0
@@ -187,3 +189,26 @@ def test_numbers_are_rounded() -> None:
     trigger.give(CONTROL, math.nan, math.nan, 0.6)
     trigger.run(0.1)
     assert (trigger.module.enabled, trigger.module.paused) == (True, True)
+
+
+def test_an_oblique_survey_rolls_the_gimbal_between_images() -> None:
+    """adjust_roll: the pose after the first comes first, at once; the others once an image may be taken again."""
+    trigger = Trigger(4, MAV_SYS_ID=7)
+    trigger.speed_m_s = 10.0
+    trigger.module.handle_command(
+        0, VehicleCommand(OBLIQUE, 5.0, 0.0, 200.0, 3.0, 30.0, -60.0, 0.0, target_system=7, target_component=1)
+    )
+    trigger.run(0.1)
+    assert trigger.answers() == [(OBLIQUE, MAV_RESULT_ACCEPTED)]
+    assert trigger.parameters["TRIG_MIN_INTERVA"] == 200.0
+    trigger.run(1.9)
+    assert len(trigger.images) == 4
+    given = trigger.outgoing.waiting
+    assert [(each.param1, each.param2, each.param7) for each in given] == [
+        (-60.0, 0.0, 2.0), (-60.0, 30.0, 2.0), (-60.0, -30.0, 2.0), (-60.0, 0.0, 2.0),
+    ]  # fmt: skip
+    assert {(each.command, each.target_system, each.target_component) for each in given} == {(MOUNT_CONTROL, 7, 1)}
+    assert [record.command for record in trigger.topics.navigator_commands] == given
+    trigger.give(OBLIQUE, 5.0, 0.0, 0.0, 1.0)
+    trigger.run(2.0)
+    assert len(trigger.outgoing.waiting) == 4, "one pose is none"

@@ -39,7 +39,7 @@ class Rig(FakeVehicle):
         super().__init__(TRIG_MODE=4, TRIG_INTERFACE=3, MAV_SYS_ID=1, **parameters)
         outgoing = OutgoingCommands()
         self.navigator = Navigator(self.topics, self.parameters, self.dataman, self._say, self.events.send, outgoing)
-        self.trigger = CameraTrigger(self.topics, self.parameters)
+        self.trigger = CameraTrigger(self.topics, self.parameters, outgoing)
         self.mavlink = Mavlink(
             self.topics,
             self.parameters,
@@ -104,6 +104,16 @@ def test_by_distance_every_image_has_its_place() -> None:
     # The autopilot tells its own, and that it asked
     assert [m.image_index for m in rig.images(1)] == [m.seq for m in only(rig.onboard, "CAMERA_TRIGGER")]
     assert len(rig.images(1)) == len(places)
+
+
+def test_an_oblique_survey_is_an_item_of_a_mission() -> None:
+    """260; the gimbal is told between two images, through the autopilot and on every link."""
+    rig = Rig()
+    poses = item(260, 0, 0, -45.0, 10.0, 0, 0, 3.0)._replace(frame=2, x=30)
+    rig.fly(poses, item(WAYPOINT, 50, 0, 20), item(TRIGGER_DISTANCE, 0, 0, 0, 0.0, 0, 0))
+    assert len(rig.images()) == pytest.approx(5, abs=1)
+    rolls = [m.param2 for m in only(rig.heard, "COMMAND_LONG") if m.command == 205 and m.confirmation == 0]
+    assert rolls[:4] == [0.0, 30.0, -30.0, 0.0]
 
 
 def test_one_image_by_either_command() -> None:
@@ -273,7 +283,7 @@ def test_which_camera_takes_images(params: tuple[float, ...], sent: tuple[int, i
 def test_by_time_and_by_command() -> None:
     rig = Rig()
     rig.parameters.set("TRIG_MODE", 1)
-    trigger = rig.trigger = CameraTrigger(rig.topics, rig.parameters)
+    trigger = rig.trigger = CameraTrigger(rig.topics, rig.parameters, OutgoingCommands())
     trigger.handle_command(0, VehicleCommand(214, param1=500.0))
     trigger.handle_command(0, VehicleCommand(2003, param1=1.0, param2=1.0, param3=0.0))
     rig.run(2.0)

@@ -111,9 +111,10 @@ def test_gimbal_and_camera_trigger_that_do_not_run_say_it_in_their_own_words() -
 
 def test_camera_trigger_tells_how_it_triggers() -> None:
     console = Console()
-    trigger = CameraTrigger(console.autopilot.topics, console.autopilot.parameters)
+    autopilot = console.autopilot
+    trigger = CameraTrigger(autopilot.topics, autopilot.parameters, autopilot.outgoing)
     trigger.mode, trigger.enabled, trigger.interval_ms = TIME_ALWAYS, True, 40.0
-    console.autopilot.camera_trigger = trigger
+    autopilot.camera_trigger = trigger
     assert console.output("camera_trigger status").splitlines() == [
         "INFO  [camera_trigger] trigger enabled : enabled",
         "INFO  [camera_trigger] trigger paused : active",
