@@ -9,7 +9,7 @@ import math
 from abc import ABC, abstractmethod
 
 from sitl_emu.autopilot.navigator.mission_block import LANDS, TAKEOFFS, Reached, Target, keep_off_ground
-from sitl_emu.autopilot.navigator.mission_commands import DO_CHANGE_SPEED, MissionCommands
+from sitl_emu.autopilot.navigator.mission_commands import MissionCommands
 from sitl_emu.autopilot.navigator.mission_legs import Work, follow_home, setpoint_of
 from sitl_emu.autopilot.navigator.mission_resume import MissionResume
 from sitl_emu.autopilot.navigator.payload import Payload
@@ -95,11 +95,10 @@ class MissionBase(ABC):
             self._replay_speed()
 
     def _replay_speed(self) -> None:
-        """Say again which speed the last item before this one gave."""
-        before = self.items[: self._state.dataman.current_seq]
-        speeds = [item for item in before if item.command == DO_CHANGE_SPEED]
-        if speeds:
-            self._commands.issue(speeds[-1])
+        """Say again which speed was given last before the mission was left."""
+        speed = self._resume.take_speed()
+        if speed is not None:
+            self._commands.issue(speed)
 
     def _align(self, target: Target) -> None:
         """Turn to the next leg before it is flown, where the place itself has no heading."""

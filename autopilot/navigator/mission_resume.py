@@ -3,7 +3,8 @@
 PX4's MissionBase (on_activation, on_active, cacheItem; src/modules/navigator/mission_base.cpp, v1.18). What was said
 last of each kind before the item at which it goes on is said again: a camera's mode at once, a gimbal's place once the
 vehicle is as high as it shall be, and that pictures are taken from the next item on. A mission that was taking pictures
-goes back to the place before the one that it was left at, so that none is missing.
+goes back to the place before the one that it was left at, so that none is missing; it has its speed from the next item
+on too, and that of where it was left. A speed that was not said again before it was left once more is kept.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from sitl_emu.autopilot.storage.dataman import MissionItem
 from sitl_emu.core import dialect as mavlink
 
 MODE, GIMBAL_OWNER, GIMBAL, TRIGGER = "camera mode", "gimbal configure", "gimbal control", "camera trigger"
+SPEED = "speed"
 IMAGE_START = mavlink.MAV_CMD_IMAGE_START_CAPTURE
 TRIGGER_CONTROL = mavlink.MAV_CMD_DO_TRIGGER_CONTROL
 TRIGGER_DISTANCE = mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST
@@ -25,6 +27,7 @@ KIND = {
     TRIGGER_CONTROL: TRIGGER,
     IMAGE_START: TRIGGER,
     mavlink.MAV_CMD_IMAGE_STOP_CAPTURE: TRIGGER,
+    mavlink.MAV_CMD_DO_CHANGE_SPEED: SPEED,
 }
 
 
@@ -51,7 +54,12 @@ class MissionResume:
     def begin(self, items: Sequence[MissionItem], seq: int) -> int | None:
         """The mission begins or goes on at an item; the place to go back to first, if it is to."""
         place = None
-        self._unsaid = {KIND[item.command]: item for item in items[:seq] if item.command in KIND}
+        self._unsaid = {kind: item for kind, item in self._unsaid.items() if kind == SPEED}
+        for item in items[:seq]:
+            if item.command in KIND:
+                self._unsaid[KIND[item.command]] = item
+            elif item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
+                self._unsaid.pop(SPEED, None)
         if self._left_seq > 0 and takes_pictures(self._unsaid.get(TRIGGER)):
             before = reversed(range(self._left_seq))
             place = next((each for each in before if items[each].command in WITH_POSITION), None)
@@ -70,6 +78,10 @@ class MissionResume:
         if self.is_on(seq) and takes_pictures(self._unsaid.get(TRIGGER)):
             kinds.append(TRIGGER)
         return [self._unsaid.pop(kind) for kind in kinds if kind in self._unsaid]
+
+    def take_speed(self) -> MissionItem | None:
+        """The item that gave the speed, if it is still to be said again, which now is done."""
+        return self._unsaid.pop(SPEED, None)
 
 
 def takes_pictures(item: MissionItem | None) -> bool:

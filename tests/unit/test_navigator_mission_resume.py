@@ -113,6 +113,22 @@ def test_what_takes_pictures(command: int, param1: float, takes: bool) -> None:
     assert not takes_pictures(None)
 
 
+def test_a_speed_is_the_last_before_the_item_that_it_was_left_at() -> None:
+    """Though it goes back to a place before that; a transition forgets it (MissionBase::cacheItem)."""
+    resume = MissionResume()
+    slow, fast = item(SPEED, 0, 0, 0, 1.0, 2.0), item(SPEED, 0, 0, 0, 1.0, 6.0)
+    items = (slow, item(DISTANCE, 0, 0, 0, 5.0), item(WAYPOINT), fast, item(WAYPOINT, 50), item(3000))
+    resume.leave(4)
+    assert resume.begin(items, 4) == 2
+    assert resume.take_speed() == fast
+    assert resume.take_speed() is None
+    assert resume.begin(items, 5) is None
+    assert resume.begin((), 0) is None
+    assert resume.take_speed() == fast, "not yet said"
+    resume.begin(items, 6)
+    assert resume.take_speed() is None
+
+
 def test_the_last_of_a_kind_counts_and_is_said_once() -> None:
     resume = MissionResume()
     first, last = item(GIMBAL, 0, 0, 0, -10.0), item(GIMBAL, 0, 0, 0, -80.0)
