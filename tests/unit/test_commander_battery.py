@@ -48,6 +48,25 @@ def test_a_battery_warning_stays_until_the_vehicle_is_disarmed() -> None:
     assert vehicle.topics.failsafe_flags.battery_warning == 0
 
 
+def test_a_battery_that_disconnects_in_flight_is_a_critical_one() -> None:
+    """And stays one when it is back; one that was not there when the vehicle was armed is not missed."""
+    vehicle = flying(COM_LOW_BAT_ACT=2)
+    battery = vehicle.battery
+    vehicle.battery = battery._replace(connected=False)
+    vehicle.run(6.0)
+    assert "Battery 1 disconnected" in vehicle.take_texts()
+    assert "check_battery_disconnected" in events_told(vehicle)
+    assert vehicle.mode is NavState.AUTO_LAND
+    vehicle.battery = battery
+    vehicle.run(1.0)
+    assert vehicle.topics.failsafe_flags.battery_warning == 2
+    bare = FakeVehicle()
+    bare.battery = battery._replace(connected=False)
+    bare.run(3.0)
+    bare.take_off(10.0)
+    assert bare.topics.failsafe_flags.battery_warning == 0
+
+
 def test_a_battery_that_was_low_when_it_was_armed_is_only_warned_of() -> None:
     """Arming with it was allowed by COM_ARM_BAT_MIN (PX4's _battery_warning_at_arming)."""
     vehicle = FakeVehicle(COM_LOW_BAT_ACT=2, COM_ARM_BAT_MIN=0.0)

@@ -2,7 +2,7 @@
 
 COM_ARM_BAT_MIN: least charge to arm, 0..1, instead of the critical warning (negative: the warning counts). While armed
 the warning only gets worse. How long a battery lasts is known with its capacity (BAT1_CAPACITY) alone. CBRK_SUPPLY_CHK
-has nobody look at the battery.
+has nobody look at the battery. One that disconnects in flight is as a critical one, also when it is back.
 """
 
 import math
@@ -36,28 +36,43 @@ SUPPLY_CHECK_BROKEN: Final = 894281
 """CBRK_SUPPLY_CHK."""
 
 
-def check(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
-    """The warning level, and whether it forbids arming."""
-    battery = topics.battery_status
-    if not battery.connected or settings.cbrk_supply_chk == SUPPLY_CHECK_BROKEN:
-        return
-    findings.health_present |= Component.BATTERY
-    armed, warning = topics.vehicle_status.armed, battery.warning
-    if armed:
-        warning = max(warning, topics.failsafe_flags.battery_warning)
-    findings.battery_warning = warning
-    by_charge = not armed and settings.com_arm_bat_min >= 0.0
-    too_low = by_charge and battery.remaining < settings.com_arm_bat_min
-    critical = warning >= WARNING_CRITICAL and not by_charge
-    if warning or too_low:
-        forbidden = ALL_MODES if critical or too_low else NO_MODE
-        level, event, text = TOLD.get(warning, TOLD[WARNING_LOW])
-        findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text, said_as=level)
-    _check_return(now_us, topics, findings, battery.time_remaining_s)
-    if now_us - battery.timestamp > SILENT_US:
-        findings.battery_unhealthy = True
-        text = "Preflight Fail: Battery unhealthy"
-        findings.health_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, "check_battery_unhealthy", text=text)
+class BatteryCheck:
+    """Remembers whether there was a battery when the vehicle was armed."""
+
+    def __init__(self) -> None:
+        self._was_armed = self._had_battery = False
+
+    def check(self, now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
+        """The warning level, and whether it forbids arming."""
+        if settings.cbrk_supply_chk == SUPPLY_CHECK_BROKEN:
+            return
+        battery, armed = topics.battery_status, topics.vehicle_status.armed
+        if armed and not self._was_armed:
+            self._had_battery = battery.connected
+        self._was_armed = armed
+        warning, remaining, lasts_s = 0, 1.0, math.nan
+        if battery.connected:
+            findings.health_present |= Component.BATTERY
+            warning, remaining, lasts_s = battery.warning, battery.remaining, battery.time_remaining_s
+        elif armed and self._had_battery:
+            warning, event = WARNING_CRITICAL, "check_battery_disconnected"
+            text = "Battery 1 disconnected\t"
+            findings.health_failure(ALL_MODES, Component.BATTERY, Severity.EMERGENCY, event, 1, text=text)
+        if armed:
+            warning = max(warning, topics.failsafe_flags.battery_warning)
+        findings.battery_warning = warning
+        by_charge = not armed and settings.com_arm_bat_min >= 0.0
+        too_low = by_charge and remaining < settings.com_arm_bat_min
+        critical = warning >= WARNING_CRITICAL and not by_charge
+        if warning or too_low:
+            forbidden = ALL_MODES if critical or too_low else NO_MODE
+            level, event, text = TOLD.get(warning, TOLD[WARNING_LOW])
+            findings.arming_check_failure(forbidden, Component.BATTERY, level, event, text=text, said_as=level)
+        _check_return(now_us, topics, findings, lasts_s)
+        if battery.connected and now_us - battery.timestamp > SILENT_US:
+            findings.battery_unhealthy = True
+            text = "Preflight Fail: Battery unhealthy"
+            findings.health_failure(ALL_MODES, Component.BATTERY, Severity.ERROR, "check_battery_unhealthy", text=text)
 
 
 def _check_return(now_us: int, topics: Topics, findings: Findings, lasts_s: float) -> None:

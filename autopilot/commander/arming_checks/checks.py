@@ -148,7 +148,7 @@ def all_checks() -> tuple[Check, ...]:
         power.check,
         rc_calibration.check,
         system.check,
-        battery.check,
+        battery.BatteryCheck().check,
         wind.WindCheck().check,
         geofence.check,
         flight_time.FlightTimeCheck().check,
