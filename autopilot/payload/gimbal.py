@@ -1,8 +1,9 @@
 """The gimbal manager: who may point the gimbal, and where it is to look. PX4's modules/gimbal (v1.18).
 
 Runs where MNT_MODE_IN is 0 or above at boot (rcS). MNT_MODE_IN 0 (automatic) and 4 take the MAVLink gimbal protocol v2
-(https://mavlink.io/en/services/gimbal_v2.html), 2 regions of interest alone, 3 the old DO_MOUNT commands alone; the
-output is a MAVLink gimbal (MNT_MODE_OUT 2), found by asking everybody for GIMBAL_DEVICE_INFORMATION once a second.
+(https://mavlink.io/en/services/gimbal_v2.html), 2 regions of interest alone, 3 the old DO_MOUNT commands alone; 5 takes
+nothing, and has the gimbal look north and MNT_FIXED_PITCH up, against the horizon (InputFixed). The output is a MAVLink
+gimbal (MNT_MODE_OUT 2), found by asking everybody for GIMBAL_DEVICE_INFORMATION once a second.
 Nobody is in primary control until DO_GIMBAL_MANAGER_CONFIGURE says who; there is no secondary control, as in PX4. A
 region of interest needs no control; the gimbal is aimed at it when it is set, from where the vehicle is then, and not
 again while the vehicle moves (OutputMavlinkV2::update). Rates that nobody renews end after two seconds.
@@ -40,7 +41,7 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import quaternion
 from sitl_emu.core.geodesy import MapProjection, bearing_rad
 
-AUTOMATIC, RC, ROI, MOUNT, PROTOCOL_V2 = range(5)
+AUTOMATIC, RC, ROI, MOUNT, PROTOCOL_V2, FIXED = range(6)
 """MNT_MODE_IN."""
 AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
 CONFIGURE = mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE
@@ -85,6 +86,7 @@ class Gimbal:
         self._takes_roi = mode in (AUTOMATIC, ROI, PROTOCOL_V2)
         self._takes_mount = mode in (AUTOMATIC, MOUNT, PROTOCOL_V2)
         self._takes_v2 = mode in (AUTOMATIC, PROTOCOL_V2)
+        self._is_fixed = mode == FIXED
         self._control = (0, 0)
         self._is_new = False
         """Whether an input has said something since the output took what is wanted."""
@@ -179,6 +181,9 @@ class Gimbal:
             self._triplet = topics.position_setpoint_triplet
             if self._follows_waypoint:
                 self._look_at_waypoint(now_us)
+        if self._is_fixed:
+            fixed_q = quaternion(0.0, math.radians(self._parameters["MNT_FIXED_PITCH"]), 0.0)
+            self._point(now_us, ROLL_LOCK | PITCH_LOCK | YAW_LOCK, fixed_q, NAN3)
         if self._takes_v2:
             self._tell(now_us)
         self._end_old_rates(now_us)

@@ -34,9 +34,9 @@ RATE_DEG_S = DATA.rate_max_deg_s
 class Rig(Peer):
     """An autopilot whose gimbal manager runs, a gimbal on its wire, and a ground station."""
 
-    def __init__(self) -> None:
+    def __init__(self, mode: int = 4) -> None:
         super().__init__(self.decide)
-        self.parameters.set("MNT_MODE_IN", 4)
+        self.parameters.set("MNT_MODE_IN", mode)
         self.parameters.set("MNT_MODE_OUT", 2)
         outgoing = OutgoingCommands()
         self.manager = GimbalManager(self.topics, self.parameters, outgoing)
@@ -224,6 +224,19 @@ def test_before_a_gimbal_is_found_nobody_is_told_where_to_look() -> None:
     for _ in range(3):
         rig.manager.update(rig.now_us)
     assert rig.topics.gimbal_device_set_attitude.target_component == 0
+
+
+def test_a_fixed_gimbal_looks_where_its_parameter_says_and_obeys_nobody() -> None:
+    """MNT_MODE_IN 5: against north and the horizon (input_fixed.cpp)."""
+    rig = Rig(5)
+    assert rig.ask(CONFIGURE, 255, 190, -1, -1) is None
+    for pitch_deg in (0.0, -35.0):
+        rig.parameters.set("MNT_FIXED_PITCH", pitch_deg)
+        rig.run(0.1)
+        wanted = rig.topics.gimbal_device_set_attitude
+        assert wanted.q == pytest.approx(quaternion(0.0, math.radians(pitch_deg), 0.0))
+        assert wanted.flags == 4 | 8 | 16 | mavlink.GIMBAL_DEVICE_FLAGS_YAW_IN_EARTH_FRAME
+        assert all(math.isnan(rate) for rate in wanted.angular_velocity)
 
 
 def test_the_manager_tells_when_it_found_the_device() -> None:
