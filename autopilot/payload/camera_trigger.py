@@ -40,6 +40,8 @@ MAVLINK_INTERFACE = 3
 """TRIG_INTERFACE."""
 RUN_US = 50_000
 """CameraTrigger::Run."""
+LOOKED_FOR = ("TRIG_ACT_TIME", "TRIG_DISTANCE", "TRIG_INTERVAL", "TRIG_MIN_INTERVA")
+"""Parameters that are announced from its start on."""
 COMMANDS_KEPT = 8
 """vehicle_command's ORB_QUEUE_LENGTH."""
 NEVER_US = 1 << 62
@@ -73,6 +75,7 @@ class CameraTrigger:
         self._topics = topics
         self._outgoing = outgoing
         self._parameters = parameters
+        parameters.use(LOOKED_FOR)
         self._system = int(parameters["MAV_SYS_ID"])
         self.mode = int(parameters["TRIG_MODE"])
         self.distance_m = float(parameters["TRIG_DISTANCE"])

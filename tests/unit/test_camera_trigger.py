@@ -181,6 +181,14 @@ def test_what_commands_set_is_kept_in_the_parameters_and_nobody_is_told() -> Non
     assert {"TRIG_DISTANCE", "TRIG_INTERVAL"} <= trigger.parameters.unsaved
 
 
+def test_its_parameters_are_announced_once_it_has_started_also_where_a_saved_value_has_it_start() -> None:
+    parameters = Parameters(VehicleKind.MULTICOPTER)
+    assert "TRIG_DISTANCE" not in parameters.announced
+    parameters.load({"TRIG_MODE": 4})
+    CameraTrigger(Topics(), parameters, OutgoingCommands())
+    assert {"TRIG_ACT_TIME", "TRIG_DISTANCE", "TRIG_INTERVAL", "TRIG_MIN_INTERVA"} <= set(parameters.announced)
+
+
 def test_numbers_are_rounded() -> None:
     trigger = Trigger(1)
     trigger.give(CONTROL, 0.5, math.nan, -0.4)
