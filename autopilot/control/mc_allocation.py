@@ -62,6 +62,8 @@ class MulticopterAllocation:
         self._allocated_us = 0
         self._stop_mask = 0
         """Bit per motor that a failure stops; it stays while CA_FAILURE_MODE is 0."""
+        self._stopped_by_thrust = False
+        """The thrust that is asked for is no number: all stop (stopMotorsBasedOnThrustSetpoint)."""
         self.refresh()
 
     def refresh(self) -> None:
@@ -98,7 +100,7 @@ class MulticopterAllocation:
             self._note_motors_off()
 
     def _note_motors_off(self) -> None:
-        self._motors_off = [n for n in range(self._motors) if self._stop_mask >> n & 1]
+        self._motors_off = [n for n in range(self._motors) if self._stopped_by_thrust or self._stop_mask >> n & 1]
         self._outputs_off = [place for place, motor in enumerate(self._channels) if motor in self._motors_off]
 
     @property
@@ -121,6 +123,12 @@ class MulticopterAllocation:
         roll, pitch, yaw = torque
         if self.group_test.test is not None:
             roll, pitch, yaw, thrust = self.group_test.applied(roll, pitch, yaw, thrust)
+        stops = not math.isfinite(thrust)
+        if stops != self._stopped_by_thrust:
+            self._stopped_by_thrust = stops
+            self._note_motors_off()
+        if stops:
+            thrust = 0.0
         dt_s = max(LEAST_DT_S, min(MOST_DT_S, (now_us - self._allocated_us) * 1e-6))
         self._allocated_us = now_us
         motors = allocator.allocate(roll, pitch, yaw, thrust, dt_s)

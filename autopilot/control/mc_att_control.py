@@ -9,19 +9,21 @@ is not the setpoint itself but a critically damped model of the second order tha
 import math
 from typing import Final
 
-from sitl_emu.autopilot.topics import Quaternion, Vector3
+from sitl_emu.autopilot.topics import NAN, NAN3, Quaternion, Vector3
 from sitl_emu.core.attitude import product
 
 NO_TWIST: Final = 1e-5
 LEAST_FREQUENCY_RAD_S: Final = 0.1
 FLT_EPSILON: Final = 1.2e-7
+NO_ATTITUDE: Final = (NAN, NAN, NAN, NAN)
 
 
 class AttitudeReference:
     """The attitude that is followed: the setpoint, smoothed (AttitudeControl::propagateReferenceModel).
 
     With MC_REF_W_N of 50 rad/s it lags 40 ms behind. Its own rate is fed forward by MC_REF_FF, no faster than
-    MC_REF_FF_MAX; the yaw rate that a setpoint gives is always.
+    MC_REF_FF_MAX; the yaw rate that a setpoint gives is always. After a setpoint without a direction it is NaN, for
+    ever, and PX4 flies no attitude any more, whatever the mode (setAttitudeSetpoint).
     """
 
     def __init__(self) -> None:
@@ -86,7 +88,7 @@ class AttitudeReference:
 def _normalised(q: Quaternion) -> Quaternion:
     w, x, y, z = q
     size = math.sqrt(w * w + x * x + y * y + z * z)
-    return (w / size, x / size, y / size, z / size) if size > 0.0 else (1.0, 0.0, 0.0, 0.0)
+    return (w / size, x / size, y / size, z / size) if 0.0 < size < math.inf else NO_ATTITUDE
 
 
 def _conjugated(q: Quaternion) -> Quaternion:
@@ -102,13 +104,15 @@ def rates_setpoint(
     rate_limits: Vector3,
     feed_forward: Vector3 = (0.0, 0.0, 0.0),
 ) -> Vector3:
-    """Body rates (rad/s) that turn attitude `q` to `q_d`.
+    """Body rates (rad/s) that turn attitude `q` to `q_d`; NaN to one that is NaN.
 
     `yaw_rate_rad_s` is the feed-forward about the vertical, `feed_forward` another about the body's axes; `gains`
     (1/s): MC_ROLL_P, MC_PITCH_P and MC_YAW_P divided by `yaw_weight`, for the weight takes it back.
     """
     qw, qx, qy, qz = q
     dw, dx, dy, dz = q_d
+    if dw != dw:
+        return NAN3
     # Error in the body frame: conj(q) * q_d, split into a twist about body z and a tilt.
     ew = qw * dw + qx * dx + qy * dy + qz * dz
     ex = qw * dx - qx * dw - qy * dz + qz * dy

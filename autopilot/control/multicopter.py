@@ -107,6 +107,9 @@ class MulticopterControl:
         self._clear_of_ground = False
         """It has been more than a metre up since it last stood."""
         self._ticks = 0
+        self._rates_setpoint = VehicleRatesSetpoint()
+        self._rates: Vector3 = (0.0, 0.0, 0.0)
+        """Rates of that setpoint, which was controlled last."""
         self._obeyed: VehicleTorqueSetpoint | DirectActuator | None = None
         """What of OFFBOARD has gone to the motors last."""
         self._battery_scale = 1.0
@@ -362,9 +365,11 @@ class MulticopterControl:
         landed = topics.vehicle_land_detected
         if not topics.actuator_armed.armed:
             rate.reset_integral()
+        if setpoint is not self._rates_setpoint:
+            self._rates_setpoint, self._rates = setpoint, known_rates(setpoint.rates, rates.xyz)
         roll, pitch, yaw = rate.update(
             rates.xyz,
-            setpoint.rates,
+            self._rates,
             rates.xyz_derivative,
             dt,
             landed.landed or landed.maybe_landed,
@@ -392,10 +397,10 @@ class MulticopterControl:
             self._battery_scale = battery.scale
 
     def _by_battery(self, setpoint: Vector3) -> Vector3:
-        """An empty battery turns the motors more slowly than a full one: so much more is asked of it."""
+        """An empty battery turns the motors more slowly than a full one: so much more is asked of it. NaN stays NaN."""
         scale = self._battery_scale
         x, y, z = setpoint
-        return max(-1.0, min(1.0, x * scale)), max(-1.0, min(1.0, y * scale)), max(-1.0, min(1.0, z * scale))
+        return max(min(x * scale, 1.0), -1.0), max(min(y * scale, 1.0), -1.0), max(min(z * scale, 1.0), -1.0)
 
     def _allocate(self, now_us: int, torque: Vector3, thrust: float, told: bool) -> None:
         status_told = self._ticks % STATUS_EVERY == 0
@@ -456,6 +461,15 @@ def _has_horizontal(setpoint: TrajectorySetpoint) -> bool:
     """Whether a horizontal velocity is controlled."""
     (x, y, _), (vx, vy, _) = setpoint.position, setpoint.velocity
     return (x == x and y == y) or (vx == vx and vy == vy)
+
+
+def known_rates(told: Vector3, present: Vector3) -> Vector3:
+    """Rates as they are told, present ones where they are no number (MulticopterRateControl::Run)."""
+    roll, pitch, yaw = told
+    if math.isfinite(roll + pitch + yaw):
+        return told
+    roll, pitch, yaw = [rate if math.isfinite(rate) else now for rate, now in zip(told, present, strict=True)]
+    return roll, pitch, yaw
 
 
 def scaled(k: Vector3, gain: Vector3) -> Vector3:

@@ -127,16 +127,11 @@ class Offboard:
         self._write()
 
     def vehicle_rates_setpoint(self, now_us: int, fields: Fields) -> None:
-        """About the body's axes."""
-        told, thrust = (fields["roll"], fields["pitch"], fields["yaw"]), fields["thrust_body"]
-        if not math.isfinite(sum(thrust)):
-            return
-        roll, pitch, yaw = (
-            rate if math.isfinite(rate) else present
-            for rate, present in zip(told, self._topics.vehicle_angular_velocity.xyz, strict=True)
-        )
-        self._rates = VehicleRatesSetpoint(fields["timestamp"], (roll, pitch, yaw), thrust)
-        self._write()
+        """About the body's axes; the rate controller takes the present rate for what is no number."""
+        rates, thrust = (fields["roll"], fields["pitch"], fields["yaw"]), fields["thrust_body"]
+        if math.isfinite(sum(thrust)):
+            self._rates = VehicleRatesSetpoint(fields["timestamp"], rates, thrust)
+            self._write()
 
     def vehicle_thrust_setpoint(self, now_us: int, fields: Fields) -> None:
         """Along the body's axes."""

@@ -15,10 +15,12 @@ from sitl_emu.autopilot.topics import (
     FailureDetectorStatus,
     ManualControlSetpoint,
     OffboardSetpoint,
+    Quaternion,
     Topics,
     TrajectorySetpoint,
     Vector3,
     VehicleAttitude,
+    VehicleAttitudeSetpoint,
     VehicleConstraints,
     VehicleLandDetected,
     VehicleLocalPosition,
@@ -156,6 +158,53 @@ def test_who_is_disarmed_controls_attitude_and_rates_and_its_outputs_rest(
     assert topics.actuator_controls_status.control_power[0] > 0.0
     assert set(topics.actuator_outputs.controls) == {0.0} and set(topics.actuator_outputs.pwm) == {900}
     assert topics.actuator_outputs.timestamp == now_us
+
+
+@pytest.mark.parametrize("q_d", [(0.0, 0.0, 0.0, 0.0), (1.0, math.nan, 0.0, 0.0)])
+def test_after_an_attitude_without_a_direction_none_is_flown_any_more(q_d: Quaternion) -> None:
+    """AttitudeControl::setAttitudeSetpoint: the reference stays NaN, in any mode; rates are held as they are."""
+    flown = FlyingControl()
+    topics = flown.topics
+    flown.fly(10)
+    topics.vehicle_angular_velocity = topics.vehicle_angular_velocity._replace(xyz=(0.1, 0.2, 0.3))
+    attitude = VehicleAttitudeSetpoint(flown.now_us + 1, q_d, 0.0, (0.0, 0.0, -0.4))
+    topics.offboard_setpoint = OffboardSetpoint(flown.now_us + 1, attitude=attitude)
+    for nav_state in (NavState.OFFBOARD, NavState.POSCTL):
+        topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state)
+        flown.fly(10)
+        assert all(map(math.isnan, topics.vehicle_rates_setpoint.rates))
+        assert topics.vehicle_torque_setpoint.xyz == pytest.approx((0.0, 0.0, 0.0), abs=2e-3)
+        assert all(map(math.isfinite, topics.actuator_outputs.controls))
+
+
+def test_a_rate_that_is_no_number_is_the_one_that_was_when_it_was_told() -> None:
+    """MulticopterRateControl::Run."""
+    flown = FlyingControl()
+    topics = flown.topics
+    topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.OFFBOARD)
+    topics.vehicle_angular_velocity = topics.vehicle_angular_velocity._replace(xyz=(0.3, 0.0, 0.0))
+    rates = VehicleRatesSetpoint(1, (math.nan, 0.0, math.inf), (0.0, 0.0, -0.4))
+    topics.offboard_setpoint = OffboardSetpoint(1, rates=rates)
+    flown.fly(5)
+    assert topics.vehicle_torque_setpoint.xyz == pytest.approx((0.0, 0.0, 0.0))
+    topics.vehicle_angular_velocity = topics.vehicle_angular_velocity._replace(xyz=(0.0, 0.0, 0.0))
+    flown.fly(5)
+    assert topics.vehicle_torque_setpoint.xyz[0] > 0.01
+
+
+@pytest.mark.parametrize(("thrust", "scaled"), [(math.nan, 0), (math.nan, 1), (-math.inf, 0)])
+def test_a_thrust_that_is_no_number_stops_the_motors(thrust: float, scaled: int) -> None:
+    """ActuatorEffectiveness::stopMotorsBasedOnThrustSetpoint; the next one that is one starts them again."""
+    flown = FlyingControl(MC_BAT_SCALE_EN=scaled)
+    topics = flown.topics
+    topics.battery_status = BatteryStatus(connected=True, scale=1.2)
+    topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.OFFBOARD)
+    topics.offboard_setpoint = OffboardSetpoint(1, rates=VehicleRatesSetpoint(1, (0.0, 0.0, 0.0), (0.0, 0.0, thrust)))
+    flown.fly(5)
+    assert set(topics.actuator_outputs.controls) == {0.0} and set(topics.actuator_outputs.pwm) == {900}
+    topics.offboard_setpoint = RATES
+    flown.fly(5)
+    assert min(topics.actuator_outputs.controls) > 0.3
 
 
 @pytest.mark.parametrize("nav_state", [NavState.OFFBOARD, NavState.TERMINATION])

@@ -8,7 +8,8 @@ import pytest
 from sitl_emu.autopilot.topics import (
     ManualControlSetpoint,
     ManualControlSwitches,
-    VehicleAngularVelocity,
+    Quaternion,
+    Vector3,
 )
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import ALT_M, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, only
@@ -144,24 +145,45 @@ def test_an_attitude_target_without_thrust_or_without_roll_or_pitch_is_none(mask
     assert peer.topics.offboard_setpoint.timestamp == 0
 
 
-def test_a_rovers_thrust_is_ahead() -> None:
-    """MavlinkReceiver::fill_thrust."""
+@pytest.mark.parametrize(
+    ("mav_type", "thrust_body"),
+    [
+        (mavlink.MAV_TYPE_GROUND_ROVER, (0.5, 0.0, 0.0)),
+        (mavlink.MAV_TYPE_OCTOROTOR, (0.0, 0.0, -0.5)),
+        (mavlink.MAV_TYPE_DODECAROTOR, (0.0, 0.0, 0.0)),
+    ],
+)
+def test_the_kind_of_vehicle_says_where_thrust_goes(mav_type: int, thrust_body: Vector3) -> None:
+    """MavlinkReceiver::fill_thrust, which does not know them all."""
     peer = Peer()
-    peer.parameters.set("MAV_TYPE", mavlink.MAV_TYPE_GROUND_ROVER)
+    peer.parameters.set("MAV_TYPE", mav_type)
     for mask in (0b111, 0x80):
         peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, mask, [1, 0, 0, 0], 0, 0, 0, 0.5))
         told = peer.topics.offboard_setpoint.attitude or peer.topics.offboard_setpoint.rates
-        assert told is not None and told.thrust_body == (0.5, 0.0, 0.0)
+        assert told is not None and told.thrust_body == thrust_body
 
 
-def test_thrust_along_all_axes_and_the_present_yaw_rate() -> None:
+def test_thrust_along_all_axes_and_rates_that_are_not_told() -> None:
     peer = Peer()
-    peer.topics.vehicle_angular_velocity = VehicleAngularVelocity(1, (0.0, 0.0, 0.7))
-    told = [0.0, 0.2, -0.6]
-    peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0x80 | 0x20 | 0x4, [1, 0, 0, 0], 0, 0, 9, 0, told))
+    told = [0.0, 0.2, -1.6]
+    mask = 0x80 | 0x20 | 0x4
+    peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, mask, [1, 0, 0, 0], math.nan, 1, 9, 0, told))
     rates = peer.topics.offboard_setpoint.rates
     assert rates is not None
-    assert rates.thrust_body == pytest.approx(told) and rates.rates == (0.0, 0.0, 0.7)
+    assert rates.thrust_body == pytest.approx(told) and rates.rates[1] == 1.0
+    assert math.isnan(rates.rates[0]) and math.isnan(rates.rates[2])
+
+
+@pytest.mark.parametrize("q", [(0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 0.0), (2.0, 0.0, 0.0, 0.0)])
+def test_an_attitude_is_passed_on_as_it_comes(q: Quaternion) -> None:
+    """handle_message_set_attitude_target does not look at it: whatever it is, offboard control goes on."""
+    peer = Peer()
+    peer.now_us = 2000
+    peer.send(mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0b111, q, 0, 0, 0, -1.5))
+    setpoint = peer.topics.offboard_setpoint
+    assert setpoint.timestamp == 2000 and setpoint.attitude is not None
+    assert setpoint.attitude.q_d == pytest.approx(q, nan_ok=True)
+    assert setpoint.attitude.thrust_body == (0.0, 0.0, 1.5) and math.isnan(setpoint.attitude.yaw_sp_move_rate)
 
 
 def test_a_joystick_is_an_input() -> None:

@@ -38,8 +38,22 @@ YAW_RATE_OF_BODY_IGNORE = 0x4
 THRUST_BODY_SET = 0x20
 THROTTLE_IGNORE = 0x40
 """ATTITUDE_TARGET_TYPEMASK."""
-THRUSTS_AHEAD = frozenset({mavlink.MAV_TYPE_FIXED_WING, mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_TYPE_SUBMARINE})
-"""MAV_TYPE of vehicles whose thrust is along x, not up (MavlinkReceiver::fill_thrust)."""
+AHEAD: Vector3 = (1.0, 0.0, 0.0)
+UP: Vector3 = (0.0, 0.0, -1.0)
+THRUST_AXES = {
+    mavlink.MAV_TYPE_FIXED_WING: AHEAD,
+    mavlink.MAV_TYPE_GROUND_ROVER: AHEAD,
+    mavlink.MAV_TYPE_SUBMARINE: AHEAD,
+    mavlink.MAV_TYPE_QUADROTOR: UP,
+    mavlink.MAV_TYPE_HEXAROTOR: UP,
+    mavlink.MAV_TYPE_OCTOROTOR: UP,
+    mavlink.MAV_TYPE_TRICOPTER: UP,
+    mavlink.MAV_TYPE_HELICOPTER: UP,
+    mavlink.MAV_TYPE_COAXIAL: UP,
+}
+"""Where the thrust of a MAV_TYPE goes; of others there is none (MavlinkReceiver::fill_thrust, which tells where that of
+a VTOL goes by how it flies: there is none here)."""
+NO_THRUST: Vector3 = (0.0, 0.0, 0.0)
 
 
 Vectors = tuple[Vector3, Vector3, Vector3]
@@ -89,8 +103,8 @@ class Offboard:
             return
         message_id = message.get_msgId()
         if message_id == mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET:
-            is_ahead = self._parameters["MAV_TYPE"] in THRUSTS_AHEAD
-            setpoint = attitude_setpoint(now_us, message, self._topics.vehicle_angular_velocity.xyz, is_ahead)
+            axis = THRUST_AXES.get(int(self._parameters["MAV_TYPE"]), NO_THRUST)
+            setpoint = attitude_setpoint(now_us, message, axis)
         elif message_id == mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED:
             setpoint = self._trajectory(now_us, message, LOCAL, self._local(message))
         else:
@@ -195,33 +209,25 @@ def turned(vector: Vector3, heading: float) -> Vector3:
     return (cosine * forward - sine * right, sine * forward + cosine * right, down)
 
 
-def attitude_setpoint(now_us: int, message: Any, present: Vector3, is_ahead: bool) -> OffboardSetpoint | None:
-    """Attitude if it is not ignored, else rates, with thrust 0..1 ahead or along the body's up, or along all its axes.
+def attitude_setpoint(now_us: int, message: Any, thrust_axis: Vector3) -> OffboardSetpoint | None:
+    """Attitude if it is not ignored, else rates, with thrust along `thrust_axis`, or along all of the body's axes.
 
-    What is not finite counts as 0; a yaw rate that is ignored is the `present` one. Nothing comes of an attitude
-    without a direction, of rates without roll or pitch, and of either without thrust.
+    All is passed on as it came: the controllers make of it what they can, and a rate that is ignored is NaN, as is one
+    that is no number. Nothing comes of rates without roll or pitch, and of either without thrust.
     """
     mask = message.type_mask
     if mask & THRUST_BODY_SET:
-        told = message.thrust_body
+        x, y, z = message.thrust_body
     elif not mask & THROTTLE_IGNORE:
-        told = (message.thrust, 0.0, 0.0) if is_ahead else (0.0, 0.0, -message.thrust)
+        x, y, z = (message.thrust * along if along else 0.0 for along in thrust_axis)
     else:
         return None
-    x, y, z = (max(-1.0, min(1.0, along)) if math.isfinite(along) else 0.0 for along in told)
     thrust_body = (x, y, z)
-    roll_rate, pitch_rate, yaw_rate = (
-        rate if math.isfinite(rate) else 0.0
-        for rate in (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
-    )
+    yaw_rate = NAN if mask & YAW_RATE_OF_BODY_IGNORE else message.body_yaw_rate
     if not mask & ATTITUDE_IGNORE:
-        length = math.hypot(*message.q)
-        if not (math.isfinite(length) and length > 0.0):
-            return None
-        w, x, y, z = (part / length for part in message.q)
-        turn = 0.0 if mask & YAW_RATE_OF_BODY_IGNORE else yaw_rate
-        return OffboardSetpoint(now_us, attitude=VehicleAttitudeSetpoint(now_us, (w, x, y, z), turn, thrust_body))
+        w, x, y, z = message.q
+        return OffboardSetpoint(now_us, attitude=VehicleAttitudeSetpoint(now_us, (w, x, y, z), yaw_rate, thrust_body))
     if mask & ROLL_OR_PITCH_RATE_IGNORE:
         return None
-    rates = (roll_rate, pitch_rate, present[2] if mask & YAW_RATE_OF_BODY_IGNORE else yaw_rate)
+    rates = (message.body_roll_rate, message.body_pitch_rate, yaw_rate)
     return OffboardSetpoint(now_us, rates=VehicleRatesSetpoint(now_us, rates, thrust_body))
