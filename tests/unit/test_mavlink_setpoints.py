@@ -217,6 +217,18 @@ def test_sticks_are_told_with_the_switches_of_the_rc() -> None:
     assert (told.enabled_extensions, told.aux1, told.aux2, told.aux6) == (0xFC, 1000, 0, -1000)
 
 
+def test_a_target_to_follow_is_kept_as_it_is_told() -> None:
+    """handle_message_follow_target; the estimator of the mode knows what to do with one that has no height."""
+    peer = Peer()
+    peer.now_us = 1_000
+    place, motion = (473977420, 85455940, math.nan), ((1.0, 2.0, 3.0), (0.0,) * 3)
+    zeros, covariance = (0.0,) * 3, (0.0,) * 3
+    peer.send(mavlink.MAVLink_follow_target_message(0, 1, *place, *motion, (1.0, 0, 0, 0), zeros, covariance, 0))
+    told = peer.topics.follow_target
+    assert (told.timestamp, told.lat, told.velocity) == (1_000, pytest.approx(47.397742), (1.0, 2.0, 3.0))
+    assert math.isnan(told.alt)
+
+
 def test_limits_of_speed_are_kept_as_they_are_told() -> None:
     peer = Peer()
     peer.now_us = 1_000

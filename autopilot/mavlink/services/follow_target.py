@@ -3,7 +3,6 @@
 https://mavlink.io/en/messages/common.html#FOLLOW_TARGET. As PX4 takes it: from anybody, position and velocity alone.
 """
 
-import math
 from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
@@ -23,12 +22,10 @@ class FollowTarget:
         self._topics = topics
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """A place without a height is none, and not kept; a target need not tell how fast it is (NaN)."""
+        """Kept as it is told; the mode looks at it (FollowTargetEstimator)."""
         vx, vy, vz = message.vel
-        if math.isfinite(message.alt):
-            self._topics.follow_target = FollowTargetSample(
-                now_us, message.lat * 1e-7, message.lon * 1e-7, message.alt, (vx, vy, vz)
-            )
+        lat, lon = message.lat * 1e-7, message.lon * 1e-7
+        self._topics.follow_target = FollowTargetSample(now_us, lat, lon, message.alt, (vx, vy, vz))
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
