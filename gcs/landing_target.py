@@ -2,7 +2,7 @@
 
 Sources: https://mavlink.io/en/services/landing_target.html and
 https://docs.px4.io/v1.18/en/advanced_features/precland.html. PX4 takes a place in its local frame, or the angles of a
-beacon under a camera that looks down; it forgets a target that is not seen for PLD_BTOUT.
+beacon under a camera that looks down (its SITL leaves those aside); it forgets a target that is not seen for PLD_BTOUT.
 """
 
 from sitl_emu.core import dialect as mavlink
@@ -23,7 +23,10 @@ def at_place(time_us: int, north_m: float, east_m: float, down_m: float) -> mavl
 
 
 def at_angles(time_us: int, angle_x_rad: float, angle_y_rad: float) -> mavlink.MAVLink_message:
-    """A beacon: angles ahead and to the right of the axis of a camera that looks down."""
+    """A beacon: angles ahead and to the right of the axis of a camera that looks down.
+
+    For the landing_target_estimator of a PX4 on hardware: SITL's, which has none, leaves them aside, and so do we.
+    """
     return mavlink.MAVLink_landing_target_message(
         time_us, 0, FRAME_BODY_FRD, angle_x_rad, angle_y_rad, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, UNTURNED, LIGHT_BEACON, 0
     )

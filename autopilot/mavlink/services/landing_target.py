@@ -2,8 +2,8 @@
 fiducial_marker_pos_report).
 
 https://mavlink.io/en/services/landing_target.html. As PX4 v1.18: a position in MAV_FRAME_LOCAL_NED is taken as it is,
-in another frame it is refused with a text; angles (as an IR-LOCK camera that looks down gives them) become a position
-by the attitude and the height above ground. They are not filtered over time, as PX4's landing_target_estimator does.
+in another frame it is refused with a text. Nothing comes of angles (as an IR-LOCK camera gives them): the
+landing_target_estimator, for which PX4 keeps them, is not in its SITL (boards/px4/sitl/default.px4board).
 TARGET_RELATIVE (https://mavlink.io/en/messages/development.html#TARGET_RELATIVE) is a fiducial as its sensor sees it:
 in the local frame, in one that travels with the vehicle, or in the sensor's, whose attitude it then tells. It is for
 the vision_target_estimator; where VTE_EN is 0 it is landed on as it is
@@ -21,13 +21,11 @@ from sitl_emu.autopilot.mavlink.services.timesync import Timesync
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import FiducialMarkerPosReport, LandingTargetPose, Quaternion, Topics, Vector3
 from sitl_emu.core import dialect as mavlink
-from sitl_emu.core.attitude import product, rotated, rotation
+from sitl_emu.core.attitude import rotated, rotation
 
 TARGET_RELATIVE = mavlink.MAVLINK_MSG_ID_TARGET_RELATIVE
 LOCAL_NED, BODY_FRD, LOCAL_OFFSET_NED, OTHER = range(4)
 """TARGET_OBS_FRAME: from the local origin, from the vehicle along its axes or those of NED, from the sensor."""
-STEEPEST_RAD = math.radians(80.0)
-"""A ray flatter than this does not tell where it meets the ground."""
 FARTHEST_M = 1e6
 LEVEL: Quaternion = (1.0, 0.0, 0.0, 0.0)
 SMALLEST_QUATERNION = 1.2e-7
@@ -52,7 +50,7 @@ class LandingTarget:
             seen_us = self._timesync.sync_stamp(now_us, link, message.timestamp)
             place = self._relative(seen_us, message)
         elif not message.position_valid:
-            place = self._place(message.angle_x, message.angle_y)
+            return
         elif message.frame == mavlink.MAV_FRAME_LOCAL_NED:
             seen_us = self._timesync.sync_stamp(now_us, link, message.time_usec)
             place = (message.x, message.y, message.z)
@@ -107,19 +105,6 @@ class LandingTarget:
         dx, dy, dz = message.pos_std
         report = FiducialMarkerPosReport(seen_us, (x, y, z), (dx * dx, dy * dy, dz * dz), attitude)
         self._topics.fiducial_marker_pos_report = report
-
-    def _place(self, angle_x: float, angle_y: float) -> tuple[float, float, float] | None:
-        """Where the ray meets the ground; x is forward and y to the right of a camera that looks down."""
-        local = self._topics.vehicle_local_position
-        if not (abs(angle_x) < STEEPEST_RAD and abs(angle_y) < STEEPEST_RAD and local.dist_bottom_valid):
-            return None
-        w, x, y, z = self._topics.vehicle_attitude.q
-        ray = (0.0, math.tan(angle_x), math.tan(angle_y), 1.0)
-        _, north, east, down = product(product((w, x, y, z), ray), (w, -x, -y, -z))
-        if down < math.cos(STEEPEST_RAD):
-            return None
-        length = local.dist_bottom / down
-        return local.x + north * length, local.y + east * length, local.z + local.dist_bottom
 
 
 def _told_attitude(q: Any) -> Quaternion | None:
