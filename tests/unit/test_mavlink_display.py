@@ -36,6 +36,14 @@ def test_it_tells_outputs_and_pose() -> None:
     assert not heard - Counter(["CURRENT_EVENT_SEQUENCE"] * 4)
 
 
+def test_outputs_that_are_tried_out_are_told_as_any() -> None:
+    """MAV_MODE_FLAG_TEST_ENABLED is never among the flags (streams/HIL_ACTUATOR_CONTROLS.hpp)."""
+    one = peer()
+    one.topics.actuator_outputs = ActuatorOutputs(1, (0.5,) * 6, test_mode=True)
+    told = only(one.run(0.1, DISPLAY), "HIL_ACTUATOR_CONTROLS")[0]
+    assert told.controls[0] == 0.5 and not told.mode & mavlink.MAV_MODE_FLAG_TEST_ENABLED
+
+
 def test_no_other_vehicle_has_it() -> None:
     assert [link.name for link in Peer().mavlink.links] == ["gcs", "onboard", "payload", "gimbal"]
 

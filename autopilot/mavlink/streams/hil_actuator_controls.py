@@ -10,7 +10,6 @@ from sitl_emu.core import dialect as mavlink
 
 ID = mavlink.MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS
 CHANNELS: Final = 16
-TEST_ENABLED: Final = 2
 stamp = servo_output_raw.stamp
 
 
@@ -24,4 +23,4 @@ def fields(now_us: int, context: Context) -> Fields | None:
     mode = heartbeat.fields(now_us, context)[3]
     if context.topics.vehicle_status.nav_state != NavState.AUTO_MISSION:
         mode &= ~FLAG_GUIDED_ENABLED
-    return (outputs.timestamp, 0, *controls, *padding, mode | (TEST_ENABLED if outputs.test_mode else 0))
+    return (outputs.timestamp, 0, *controls, *padding, mode)
