@@ -263,3 +263,7 @@ def test_overridden_channels_are_shown() -> None:
     peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *(1500,) * 8))
     shown = only(peer.send(command_long(512, 65)), "RC_CHANNELS")[0]
     assert (shown.chan1_raw, shown.chan9_raw, shown.chancount, shown.rssi) == (1500, 65535, 8, 100)
+    peer.now_us = 2_000_000
+    peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *(65535,) * 8))
+    released = only(peer.send(command_long(512, 65)), "RC_CHANNELS")[0]
+    assert (released.chan1_raw, released.chancount, released.rssi) == (65535, 0, 0)

@@ -10,6 +10,7 @@ ID = mavlink.MAVLINK_MSG_ID_RC_CHANNELS
 UNUSED: Final = 65535
 CHANNELS: Final = 18
 FULL_STRENGTH: Final = 100
+"""input_rc.rssi of every override (RSSI_MAX); with channels that are all released it is not told."""
 
 
 def stamp(now_us: int, context: Context) -> int:
@@ -24,4 +25,4 @@ def fields(now_us: int, context: Context) -> Fields | None:
     if not received.timestamp:
         return None
     padding = (UNUSED,) * (CHANNELS - len(channels))
-    return (received.timestamp // 1000, *channels, *padding, len(channels), FULL_STRENGTH)
+    return (received.timestamp // 1000, *channels, *padding, len(channels), FULL_STRENGTH if channels else 0)
