@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from sitl_emu.autopilot.constants import Severity
-from sitl_emu.autopilot.topics import (
-    VehicleStatus,
-)
+from sitl_emu.autopilot.events.texts import Text
+from sitl_emu.autopilot.mavlink.services.statustext import LinkTexts
+from sitl_emu.autopilot.topics import VehicleStatus
 from sitl_emu.core import dialect as mavlink
 from tests.unit.mavlink_peer import GIMBAL, ONBOARD, Peer, only
 
@@ -23,10 +23,10 @@ def test_texts_are_cut_into_chunks() -> None:
     peer.texts.say(Severity.INFO, "y" * 50)
     chunks = only(peer.run(0.11), "STATUSTEXT")
     assert [(chunk.id, chunk.chunk_seq, len(chunk.text), chunk.severity) for chunk in chunks] == [
-        (1, 0, 6, 6),
-        (2, 0, 50, 2),
-        (2, 1, 2, 2),
-        (3, 0, 50, 6),
+        (0, 0, 6, 6),
+        (1, 0, 50, 2),
+        (1, 1, 2, 2),
+        (2, 0, 50, 6),
     ]
     assert only(peer.received(GIMBAL), "STATUSTEXT") == []
     assert only(peer.run(0.1), "STATUSTEXT") == []
@@ -58,6 +58,29 @@ def test_texts_are_for_ground_stations_that_are_there() -> None:
     assert only(peer.run(1.5), "STATUSTEXT") == []
     peer.send(HEARTBEAT_OF_GCS)
     assert [text.text for text in only(peer.run(1.0), "STATUSTEXT")] == ["waits"]
+
+
+def test_a_ground_station_on_the_gimbals_link_is_told_texts() -> None:
+    """Mavlink::task_main configures STATUSTEXT on every link; each counts its texts for itself."""
+    peer = Peer()
+    peer.send(HEARTBEAT_OF_GCS)
+    peer.texts.say(Severity.INFO, "one")
+    peer.run(0.1)
+    peer.send(HEARTBEAT_OF_GCS, GIMBAL)
+    peer.texts.say(Severity.INFO, "two")
+    heard = [(text.text, text.id) for text in only(peer.run(0.2, GIMBAL), "STATUSTEXT")]
+    assert heard == [("one", 0), ("two", 1)]
+
+
+def test_the_number_of_a_text_wraps_to_0() -> None:
+    peer = Peer()
+    texts = LinkTexts(peer.mavlink.links[0], 0)
+    for number in range((1 << 16) - 1):
+        texts.send(0, Text(number, Severity.INFO, "", ""))
+    for number in range(2):
+        texts.send(0, Text(number, Severity.INFO, "said", ""))
+    peer.mavlink.links[0].flush()
+    assert [text.id for text in only(peer.received(), "STATUSTEXT")] == [65535, 0]
 
 
 @pytest.mark.parametrize(("interval_s", "silent_s", "heard"), [(1.0, 2.4, True), (1.0, 2.6, False), (8.0, 19.0, True)])

@@ -1,7 +1,8 @@
 """STATUSTEXT: what the autopilot says, cut into chunks of 50 characters (PX4: streams/STATUSTEXT.hpp).
 
 It is a stream of 20 Hz that sends one text at a time: of many at once, a link loses all but the newest 8. Every text
-of a link has an id of its own, with chunks or without; never 0, which would say that there are no chunks.
+of a link has an id of its own, with chunks or without. The first one's is 0, which says to others that there are no
+chunks: so PX4 counts.
 
 It speaks only on links that a ground station is on (a HEARTBEAT of type GCS, `Link.has_gcs`). What is said meanwhile
 waits: who comes back is told of the last 5 s.
@@ -19,12 +20,11 @@ from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.core import dialect as mavlink
 
 CHUNK: Final = 50
-STREAMED_MODES = frozenset({"normal", "onboard", "onboard_low_bandwidth", "custom"})
 QUEUE: Final = 8
 """Texts that wait for a link (uORB mavlink_log)."""
 STALE_US: Final = 5_000_000
 """What is older is not sent any more."""
-LAST_ID = (1 << 16) - 1
+IDS: Final = 1 << 16
 LONGEST: Final = 126
 """log_message.text is so long."""
 LONGEST_ALONE: Final = CHUNK - 1
@@ -39,7 +39,7 @@ class LinkTexts:
         self.link = link
         self.sent = sent
         self.due_us = 0
-        self._text_id = 1
+        self._text_id = 0
 
     def send(self, now_us: int, text: Text) -> None:
         """One text, in as many messages as it needs."""
@@ -48,13 +48,13 @@ class LinkTexts:
             chunk = data[sequence * CHUNK : (sequence + 1) * CHUNK]
             fields = (text.severity, chunk, self._text_id, sequence)
             self.link.send_fields(mavlink.MAVLINK_MSG_ID_STATUSTEXT, *fields)
-        self._text_id = self._text_id % LAST_ID + 1
+        self._text_id = (self._text_id + 1) % IDS
         self.sent = text.number + 1
         self.due_us = now_us + self.link.statustext_interval_us
 
 
 class StatusText:
-    """Sends what is new in `texts` on every link that streams texts and has a ground station."""
+    """Sends what is new in `texts` on every link that has a ground station."""
 
     MESSAGES: ClassVar[frozenset[int]] = frozenset()
     HAS_TIMER = True
@@ -62,7 +62,7 @@ class StatusText:
     def __init__(self, links: tuple[Link, ...], texts: Texts) -> None:
         """Texts said before are not sent."""
         self._texts = texts
-        self._links = tuple(LinkTexts(link, texts.count) for link in links if link.mode in STREAMED_MODES)
+        self._links = tuple(LinkTexts(link, texts.count) for link in links)
         self._settled = texts.count
         """Nothing that was said up to here is left to send."""
         self._seen = texts.count
