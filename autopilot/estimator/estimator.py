@@ -11,6 +11,7 @@ Not here: airspeed and sideslip, GNSS heading, ranging beacons, several instance
 import math
 from typing import Final
 
+from sitl_emu.autopilot.estimator.aid_sources.aux_global_position import SLOTS as AUXILIARY_SLOTS
 from sitl_emu.autopilot.estimator.aid_sources.magnetometer import SAVE_GEO_DECL
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.fusion import Fusion
@@ -29,6 +30,7 @@ from sitl_emu.autopilot.estimator.samples import (
     VisionSample,
 )
 from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.distance_sensors import DownwardSensor, distance_sensors
 from sitl_emu.autopilot.topics import (
     FRAME_FRD,
     FRAME_NED,
@@ -83,7 +85,8 @@ class Estimator:
         self._enable_sensors()
         self._imu_us = 0
         self._mag, self._baro = topics.vehicle_magnetometer, topics.vehicle_air_data
-        self._gps, self._range = topics.sensor_gps, topics.distance_sensor
+        self._gps, self._range_finder = topics.sensor_gps, DownwardSensor()
+        self._range, self._ranges_outside = topics.distance_sensor, topics.distance_sensors_outside
         self._flow, self._vision = topics.vehicle_optical_flow, topics.vehicle_visual_odometry
         self._auxiliary, self._target = topics.aux_global_position, topics.landing_target_pose
         self._status, self._land = topics.vehicle_status, topics.vehicle_land_detected
@@ -156,11 +159,11 @@ class Estimator:
             self._on_gps(now_us)
         if topics.vehicle_magnetometer is not self._mag:
             self._on_mag(now_us)
-        own = topics.distance_sensor
-        sample = own if own.timestamp else topics.distance_sensor_outside
-        if sample is not self._range:
-            self._range = sample
-            self._on_range(now_us, sample)
+        if topics.distance_sensor is not self._range or topics.distance_sensors_outside is not self._ranges_outside:
+            self._range, self._ranges_outside = topics.distance_sensor, topics.distance_sensors_outside
+            sample = self._range_finder.new_sample(now_us, distance_sensors(topics))
+            if sample is not None:
+                self._on_range(now_us, sample)
         if topics.vehicle_land_detected is not self._land or topics.vehicle_status is not self._status:
             self._on_system(now_us)
 
@@ -276,16 +279,16 @@ class Estimator:
         self.fusion.vision.buffer.push(now_us, sample, self.fusion.observation_interval_us)
 
     def _on_auxiliary(self, now_us: int) -> None:
-        """Those of all sources that have come since; where no slot had an id at the start, nobody listens."""
+        """Those of the first sources that have come since; where no slot had an id at the start, nobody listens."""
         before, self._auxiliary = self._auxiliary, self._topics.aux_global_position
         if not self.fusion.auxiliary.sources:
             return
-        for told in self._auxiliary:
+        for instance, told in enumerate(self._auxiliary[:AUXILIARY_SLOTS]):
             if told not in before:
                 sample = AuxiliarySample(
                     told.timestamp_sample, told.lat, told.lon, told.alt, told.eph, told.epv, told.lat_lon_reset_counter
                 )
-                self.fusion.auxiliary.on_sample(now_us, told.id, sample, self._claim)
+                self.fusion.auxiliary.on_sample(now_us, instance, told.id, sample, self._claim)
 
     def _on_landing_target(self, now_us: int) -> None:
         """A target that is seen tells how fast the vehicle is."""

@@ -15,6 +15,7 @@ from sitl_emu.autopilot.events.texts import Say, SendEvent
 from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.modes.trajectory_constraints import max_speed_from_distance
 from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.distance_sensors import distance_sensors
 from sitl_emu.autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import heading, rotated, rotation
@@ -65,7 +66,7 @@ class CollisionPrevention:
         self._known = [False] * BINS
         self._nearest_cm = UNKNOWN
         self._obstacles: ObstacleDistance | None = None
-        self._sensor: DistanceSensorSample | None = None
+        self._sensors: tuple[DistanceSensorSample, ...] = ()
         self._since_us, self._heard_us = now_us, 0
 
     def refresh(self, value: Parameters) -> None:
@@ -128,10 +129,10 @@ class CollisionPrevention:
             self._obstacles = topics.obstacle_distance
             if _is_fresh(now_us, self._obstacles.timestamp):
                 self._add_obstacles(self._obstacles)
-        if topics.distance_sensor_sideways is not self._sensor:
-            self._sensor = topics.distance_sensor_sideways
-            if _is_fresh(now_us, self._sensor.timestamp):
-                self._add_sensor(self._sensor)
+        before, self._sensors = self._sensors, distance_sensors(topics)
+        for sensor in self._sensors:
+            if not any(sensor is each for each in before) and _is_fresh(now_us, sensor.timestamp):
+                self._add_sensor(sensor)
         for index, measured_us in enumerate(self._measured_us):
             if now_us - measured_us > TIMEOUT_US:
                 self._distances[index] = UNKNOWN

@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.battery import Battery
 from sitl_emu.autopilot.sensors.data_validator import DataValidator
+from sitl_emu.autopilot.sensors.distance_sensors import DOWNWARD
 from sitl_emu.autopilot.sensors.imu_integrator import ImuIntegrator
 from sitl_emu.autopilot.sensors.sensor_calibration import (
     LEAST_CHANGE,
@@ -71,7 +72,6 @@ from sitl_emu.core.simulator_api import (
 UNKNOWN_DOP: Final = 65535
 UNKNOWN_SIGNAL_QUALITY: Final = 0
 INVALID_SIGNAL_QUALITY: Final = 1
-DOWNWARD: Final = 25
 """MAV_SENSOR_ROTATION_PITCH_270: what the estimator takes for a height above ground."""
 GREATEST_INT16: Final = 0x7FFF
 RANGE_UINT16: Final = 0x10000

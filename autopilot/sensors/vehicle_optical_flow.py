@@ -8,7 +8,8 @@ import math
 from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import NAN, Topics, Vector3, VehicleOpticalFlow
+from sitl_emu.autopilot.sensors.distance_sensors import DownwardSensor, distance_sensors
+from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, Topics, Vector3, VehicleOpticalFlow
 
 LONGEST_US: Final = 1_000_000
 GAP: Final = 2
@@ -35,6 +36,7 @@ class FlowGatherer:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
         self._last_us = 0
+        self._range_finder, self._range = DownwardSensor(), DistanceSensorSample()
         self._clear()
 
     def _clear(self) -> None:
@@ -84,12 +86,12 @@ class FlowGatherer:
         return cosine * x - sine * y, sine * x + cosine * y
 
     def _range_m(self, now_us: int) -> float:
-        """Of the sensor that looks down; NaN out of its range."""
-        own = self._topics.distance_sensor
-        sensor = own if own.timestamp else self._topics.distance_sensor_outside
-        recent = 0 < sensor.timestamp <= now_us < sensor.timestamp + RANGE_US
-        within = sensor.min_distance <= sensor.current_distance <= sensor.max_distance
-        return sensor.current_distance if recent and within else NAN
+        """Of the sensor that looks down, the last within its range; NaN of none."""
+        sample = self._range_finder.new_sample(now_us, distance_sensors(self._topics))
+        if sample is not None and sample.min_distance <= sample.current_distance <= sample.max_distance:
+            self._range = sample
+        recent = 0 < self._range.timestamp <= now_us < self._range.timestamp + RANGE_US
+        return self._range.current_distance if recent else NAN
 
     def _publish(self, now_us: int) -> None:
         scale, dt_s = float(self._parameters["SENS_FLOW_SCALE"]), self._timespan_us * 1e-6

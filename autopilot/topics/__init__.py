@@ -115,7 +115,7 @@ from sitl_emu.autopilot.topics.outside import (
     VehicleOdometry,
     VehicleOpticalFlow,
     VelocityLimits,
-    with_source,
+    with_instance,
 )
 from sitl_emu.autopilot.topics.payload import (
     CameraCapture,
@@ -304,5 +304,5 @@ __all__ = [
     "YawEstimatorStatus",
     "queue_transponder_report",
     "topic_names",
-    "with_source",
+    "with_instance",
 ]

@@ -1,13 +1,14 @@
 """What others tell the vehicle over MAVLink and from ROS 2 (writers: mavlink/services/, uxrce_dds_client/)."""
 
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeVar
 
+from sitl_emu.autopilot.topics.sensors import DistanceSensorSample
 from sitl_emu.autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
 FRAME_UNKNOWN, FRAME_NED, FRAME_FRD, FRAME_BODY_FRD = range(4)
 """vehicle_odometry POSE_FRAME and VELOCITY_FRAME."""
-MOST_SOURCES: Final = 4
-"""Of aux_global_position: uORB's instances (ORB_MULTI_MAX_INSTANCES)."""
+MOST_INSTANCES: Final = 10
+"""ORB_MULTI_MAX_INSTANCES (uORB.h)."""
 
 
 class VehicleOdometry(NamedTuple):
@@ -42,13 +43,19 @@ class AuxGlobalPosition(NamedTuple):
     lat_lon_reset_counter: int = 0
     source: int = 0
     """GLOBAL_POSITION_SRC: what it is."""
+    publisher: str = ""
+    """Name of the link that it came by, or DDS and its id."""
 
 
-def with_source(known: tuple[AuxGlobalPosition, ...], told: AuxGlobalPosition) -> tuple[AuxGlobalPosition, ...]:
-    """Each source keeps its place among the four that came first (dds_topics.yaml, route_field)."""
-    if any(each.id == told.id for each in known):
-        return tuple(told if each.id == told.id else each for each in known)
-    return (*known, told) if len(known) < MOST_SOURCES else known
+Instance = TypeVar("Instance", DistanceSensorSample, AuxGlobalPosition)
+
+
+def with_instance(known: tuple[Instance, ...], told: Instance) -> tuple[Instance, ...]:
+    """Each publisher keeps the place that it got with its first sample, while there are some (uORB's instances)."""
+    instances = {each.publisher: each for each in known}
+    if told.publisher in instances or len(known) < MOST_INSTANCES:
+        instances[told.publisher] = told
+    return tuple(instances.values())
 
 
 class OnboardComputerStatus(NamedTuple):

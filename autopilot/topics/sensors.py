@@ -100,6 +100,8 @@ class DistanceSensorSample(NamedTuple):
     v_fov: float = 0.0
     q: Quaternion = (0.0, 0.0, 0.0, 0.0)
     """Where it looks if its orientation is 100, MAV_SENSOR_ROTATION_CUSTOM; zeros of our own."""
+    publisher: str = ""
+    """Name of the link that it came by; empty for our own."""
 
 
 class SensorsStatusImu(NamedTuple):

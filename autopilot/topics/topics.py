@@ -247,14 +247,14 @@ class Topics:
         self.hover_thrust_estimate = HoverThrustEstimate()
         self.vehicle_visual_odometry = VehicleOdometry()
         self.aux_global_position: tuple[AuxGlobalPosition, ...] = ()
-        """The newest of each source, of four at most."""
+        """The newest of each link of MAVLink, and of each source of DDS."""
         self.onboard_computer_status = OnboardComputerStatus()
         self.vehicle_optical_flow = VehicleOpticalFlow()
         self.obstacle_distance = ObstacleDistance()
         self.obstacle_distance_fused = ObstacleDistance()
         """Writer: collision prevention; its map around the body."""
-        self.distance_sensor_outside = DistanceSensorSample()
-        self.distance_sensor_sideways = DistanceSensorSample(orientation=0)
+        self.distance_sensors_outside: tuple[DistanceSensorSample, ...] = ()
+        """The newest of each link of MAVLink; DDS speaks as the first sensor that there is."""
         self.landing_target_pose = LandingTargetPose()
         self.fiducial_marker_pos_report = FiducialMarkerPosReport()
         self.follow_target = FollowTarget()

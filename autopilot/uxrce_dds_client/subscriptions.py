@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
+from sitl_emu.autopilot.sensors.distance_sensors import DOWNWARD
 from sitl_emu.autopilot.topics import (
     FRAME_BODY_FRD,
     SOURCE_MAVLINK_0,
@@ -23,7 +24,7 @@ from sitl_emu.autopilot.topics import (
     VehicleCommand,
     VehicleOdometry,
     VehicleOpticalFlow,
-    with_source,
+    with_instance,
 )
 from sitl_emu.autopilot.uxrce_dds_client import cdr, external_modes
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import SUBSCRIPTIONS
@@ -34,8 +35,6 @@ Fields = Mapping[str, Any]
 WRAP: Final = 1 << 64
 AUTOPILOT: Final = 1
 """Its component id."""
-DOWNWARD: Final = 25
-"""distance_sensor.orientation."""
 LONGEST_FLOW_S: Final = 1.0
 HEARTBEATS: Final = {
     "gcs": "gcs_us",
@@ -48,6 +47,9 @@ HEARTBEATS: Final = {
 """Of telemetry_status.heartbeat_type_*, what each is to GcsHeartbeats."""
 SYSTEMS: Final = ("parachute", "open_drone_id")
 """Those that say whether they are well."""
+DDS: Final = "dds "
+MOST_SOURCES: Final = 4
+"""Of aux_global_position (dds_topics.yaml, max_instances)."""
 UNREADABLE: Final = 0
 """distance_sensor.signal_quality of a measurement that is none."""
 
@@ -143,19 +145,23 @@ class Subscriptions:
         self._topics.onboard_computer_status = told
 
     def _aux_global_position(self, now_us: int, fields: Fields) -> None:
-        told = aux_global_position(fields)
-        if told is not None:
-            self._topics.aux_global_position = with_source(self._topics.aux_global_position, told)
+        """Each id is an instance of its own (dds_topics.yaml, route_field), of the first four."""
+        known, told = self._topics.aux_global_position, aux_global_position(fields)
+        ids = {each.publisher for each in known if each.publisher.startswith(DDS)}
+        if told.publisher in ids or len(ids) < MOST_SOURCES:
+            self._topics.aux_global_position = with_instance(known, told)
 
     def _obstacle_distance(self, now_us: int, fields: Fields) -> None:
         self._topics.obstacle_distance = obstacle_distance(fields)
 
     def _distance_sensor(self, now_us: int, fields: Fields) -> None:
-        sample = distance_sensor(fields)
-        if sample.orientation == DOWNWARD:
-            self._topics.distance_sensor_outside = sample
+        """As the first sensor that there is, whoever else speaks as that one (uORB::Publication)."""
+        topics, sample = self._topics, distance_sensor(fields)
+        if topics.distance_sensor.timestamp or not topics.distance_sensors_outside:
+            topics.distance_sensor = sample
         else:
-            self._topics.distance_sensor_sideways = sample
+            first, *others = topics.distance_sensors_outside
+            topics.distance_sensors_outside = (sample._replace(publisher=first.publisher), *others)
 
     def _sensor_optical_flow(self, now_us: int, fields: Fields) -> None:
         sample = optical_flow(fields, self._topics.vehicle_angular_velocity.xyz)
@@ -213,12 +219,10 @@ def heartbeats(last: GcsHeartbeats, fields: Fields) -> GcsHeartbeats:
     return last._replace(**told)
 
 
-def aux_global_position(fields: Fields) -> AuxGlobalPosition | None:
-    """A place; None for what is none."""
-    lat, lon = fields["lat"], fields["lon"]
-    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
-        return None
-    return AuxGlobalPosition(**{name: fields[name] for name in AuxGlobalPosition._fields})
+def aux_global_position(fields: Fields) -> AuxGlobalPosition:
+    """A place as it is told."""
+    told = {name: fields[name] for name in AuxGlobalPosition._fields if name != "publisher"}
+    return AuxGlobalPosition(**told, publisher=f"{DDS}{fields['id']}")
 
 
 def obstacle_distance(fields: Fields) -> ObstacleDistance:

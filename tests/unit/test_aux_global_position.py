@@ -7,7 +7,7 @@ import pytest
 
 from sitl_emu.autopilot.topics import AuxGlobalPosition
 from sitl_emu.core import dialect as mavlink
-from tests.unit.mavlink_peer import Peer, only
+from tests.unit.mavlink_peer import ONBOARD, Peer, only
 
 from .estimator_feed import ALT_M, Feed
 from .test_estimator import circle
@@ -104,6 +104,16 @@ def test_beside_gps_one_that_disagrees_is_given_up() -> None:
     assert feed.error_m() == pytest.approx(40.0, abs=1.5)
 
 
+def test_a_source_keeps_the_slot_of_its_first_id() -> None:
+    """AuxGlobalPosition::update maps each instance once."""
+    feed = Placed(**ALONE)
+    feed.run(10.0)
+    feed.number = 9
+    feed.run(10.0)
+    assert feed.flags() == (True, True)
+    assert feed.estimator.ekf.settings["EKF2_AGP1_ID"] == 0
+
+
 def told_by(number: int, lat: int = 473977420) -> Any:
     return mavlink.MAVLink_global_position_sensor_message(
         1, 1, number, 0, 0, mavlink.GLOBAL_POSITION_SRC_VISION, 0, lat, 85455940, 490.0, 489.0, 0.5, 1.5
@@ -114,8 +124,11 @@ def test_sources_speak_mavlink_and_are_told_again() -> None:
     """handle_message_global_position_sensor, streams/GLOBAL_POSITION_SENSOR.hpp: both altitudes are above the sea."""
     peer = Peer()
     peer.run(0.1)
-    for message in (told_by(7), told_by(9), told_by(7, 473977430), told_by(8, 910000000)):
-        peer.send(message)
+    peer.send(told_by(7))
+    peer.send(told_by(9), ONBOARD)
+    peer.send(told_by(8, 910000000))
+    assert peer.topics.aux_global_position[0][2:4] == (8, pytest.approx(91.0))
+    peer.send(told_by(7, 473977430))
     first, second = peer.topics.aux_global_position
     assert (first.id, first.timestamp, first.alt) == (7, peer.now_us, 489.0)
     assert first.lat == pytest.approx(47.397743, abs=1e-9)

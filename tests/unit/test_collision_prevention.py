@@ -94,7 +94,7 @@ def test_the_five_seconds_begin_anew_with_the_mode_and_with_data() -> None:
     for mode, seconds in ((NavState.ALTCTL, 1.0), (NavState.POSCTL, 4.5)):
         follower.topics.vehicle_status = follower.topics.vehicle_status._replace(nav_state=mode)
         follower.fly(seconds)
-    follower.topics.distance_sensor_sideways = DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5)
+    follower.topics.distance_sensors_outside = (DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5),)
     follower.fly(4.5)
     assert holds(follower) == []
 
@@ -111,7 +111,7 @@ def test_where_nothing_is_known_it_goes_only_if_it_may(goes: int, moved: bool) -
     follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, pitch=1.0)
     for _ in range(50):
         # A sensor that looks backwards alone
-        follower.topics.distance_sensor_sideways = DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5)
+        follower.topics.distance_sensors_outside = (DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5),)
         follower.fly(0.1)
     assert (follower.topics.vehicle_local_position.x > 5.0) is moved
 
@@ -120,12 +120,12 @@ def test_the_map_is_made_anew_with_the_mode() -> None:
     """With the flight task: where a sensor has looked before, one may go without data then (CP_GO_NO_DATA)."""
     follower = Follower(nav_state=NavState.POSCTL, CP_DIST=4.0, CP_GO_NO_DATA=1, CP_GUIDE_ANG=0.0)
     follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True)
-    follower.topics.distance_sensor_sideways = DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, AHEAD, 0.5)
+    follower.topics.distance_sensors_outside = (DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, AHEAD, 0.5),)
     follower.fly(1.0)
     follower.topics.manual_control_setpoint = ManualControlSetpoint(2, True, pitch=1.0)
 
     def behind() -> None:
-        follower.topics.distance_sensor_sideways = DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5)
+        follower.topics.distance_sensors_outside = (DistanceSensorSample(follower.now_us, 9.0, 0.2, 10.0, 4, 0.5),)
 
     follower.fly(3.0, behind)
     assert abs(follower.topics.vehicle_local_position.x) < 0.1
@@ -141,7 +141,7 @@ def sensed(sample: DistanceSensorSample, *earlier: DistanceSensorSample, attitud
     follower.topics.vehicle_attitude = VehicleAttitude(q=quaternion(0.0, attitude, 0.0))
     for each in (*earlier, sample):
         follower.fly(0.3)
-        follower.topics.distance_sensor_sideways = each._replace(timestamp=follower.now_us)
+        follower.topics.distance_sensors_outside = (each._replace(timestamp=follower.now_us),)
         follower.fly(0.02)
     told = enumerate(follower.topics.obstacle_distance_fused.distances)
     return {index: cm for index, cm in told if cm != UNKNOWN}

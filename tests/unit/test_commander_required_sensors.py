@@ -28,10 +28,18 @@ def failures(vehicle: FakeVehicle) -> list[tuple[str, tuple[float, ...]]]:
         ({"SYS_HAS_NUM_DIST": 1}, {}, [("check_distance_sensor_missing", (0,))]),
         (
             {"SYS_HAS_NUM_DIST": 2},
-            {"distance_sensor_outside": DistanceSensorSample(OLD_US)},
+            {"distance_sensors_outside": (DistanceSensorSample(OLD_US),)},
             [("check_distance_sensor_invalid", (0,)), ("check_distance_sensor_missing", (1,))],
         ),
         ({"SYS_HAS_NUM_DIST": 1}, {"distance_sensor": DistanceSensorSample(NEW_US)}, []),
+        (
+            {"SYS_HAS_NUM_DIST": 4},
+            {
+                "distance_sensor": DistanceSensorSample(NEW_US),
+                "distance_sensors_outside": (DistanceSensorSample(NEW_US), DistanceSensorSample(OLD_US)),
+            },
+            [("check_distance_sensor_invalid", (2,)), ("check_distance_sensor_missing", (3,))],
+        ),
         ({"SYS_HAS_NUM_OF": 1}, {}, [("check_optical_sensor_missing", ())]),
         (
             {"SYS_HAS_NUM_OF": 1},

@@ -71,9 +71,10 @@ def test_obstacles_around() -> None:
 def test_a_distance_below() -> None:
     peer = Peer()
     peer.send(obstacle_distance.distance(1, 3.25))
-    assert peer.topics.distance_sensor_outside.current_distance == pytest.approx(3.25)
+    assert peer.topics.distance_sensors_outside[0].current_distance == pytest.approx(3.25)
     peer.send(obstacle_distance.distance(1, math.inf))
-    assert math.isnan(peer.topics.distance_sensor_outside.current_distance)
+    (sensor,) = peer.topics.distance_sensors_outside
+    assert math.isnan(sensor.current_distance)
 
 
 def test_a_landing_target() -> None:

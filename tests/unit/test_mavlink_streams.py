@@ -419,11 +419,14 @@ def test_a_distance_sensor_of_others_is_told_as_it_was_heard() -> None:
 
 
 def test_each_distance_sensor_is_told_as_it_measures() -> None:
+    """One for each link, numbered as it spoke first, and of each the newest alone (streams/DISTANCE_SENSOR.hpp)."""
     peer = Peer()
     peer.fly_and_run(0.5, ONBOARD)
-    peer.topics.distance_sensor_outside = DistanceSensorSample(peer.now_us, 1.0, 0.2, 12.0)
-    told = [sensor.id for sensor in only(peer.fly_and_run(0.5, ONBOARD), "DISTANCE_SENSOR")]
-    assert (told.count(0), told.count(1)) == (5, 1)
+    for link, orientation in ((GCS, 25), (ONBOARD, 0), (GCS, 6)):
+        peer.send(mavlink.MAVLink_distance_sensor_message(0, 20, 1200, 100, 0, 9, orientation, 0), link)
+    peer.received(ONBOARD)  # what was forwarded
+    told = [(sensor.id, sensor.orientation) for sensor in only(peer.fly_and_run(0.5, ONBOARD), "DISTANCE_SENSOR")]
+    assert (told.count((0, 25)), told.count((1, 6)), told.count((2, 0)), len(told)) == (5, 1, 1, 7)
 
 
 def test_a_distance_sensor_that_fell_silent_is_not_told() -> None:

@@ -55,7 +55,10 @@ def test_the_vehicle_s_gyro_and_range_stand_in_for_the_sensor_s() -> None:
     flow.put(1_000_000, bare)
     assert topics.vehicle_optical_flow.delta_angle == pytest.approx((0.001, 0.002, 0.003))
     assert math.isnan(topics.vehicle_optical_flow.distance_m)
-    topics.distance_sensor = DistanceSensorSample(1_000_000, 3.0, 0.2, 10.0)
+    topics.distance_sensor = DistanceSensorSample(1_000_000, 2.0, 0.2, 10.0)
+    flow.put(1_005_000, bare)
+    assert math.isnan(topics.vehicle_optical_flow.distance_m)
+    topics.distance_sensor = DistanceSensorSample(1_010_000, 3.0, 0.2, 10.0)
     flow.put(1_010_000, bare)
     assert topics.vehicle_optical_flow.distance_m == 3.0
     flow.put(1_110_000, bare)

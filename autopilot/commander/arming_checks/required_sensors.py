@@ -11,6 +11,7 @@ from typing import Final
 
 from sitl_emu.autopilot.commander.arming_checks.findings import ALL_MODES, NO_MODE, Component, Findings, Settings
 from sitl_emu.autopilot.constants import Severity
+from sitl_emu.autopilot.sensors.distance_sensors import distance_sensors
 from sitl_emu.autopilot.topics import Topics
 
 FRESH_US: Final = 1_000_000
@@ -23,8 +24,7 @@ MOST_RECEIVERS: Final = 2
 
 def check_sight(now_us: int, topics: Topics, settings: Settings, findings: Findings) -> None:
     """Distance sensors, in the order of ours, and optical flow, of which there are no texts."""
-    sensors = (topics.distance_sensor, topics.distance_sensor_outside, topics.distance_sensor_sideways)
-    ages_us = [now_us - sensor.timestamp for sensor in sensors if sensor.timestamp]
+    ages_us = [now_us - sensor.timestamp for sensor in distance_sensors(topics) if sensor.timestamp]
     for number in range(min(settings.sys_has_num_dist, MOST_DISTANCE_SENSORS)):
         event, text = "check_distance_sensor_missing", f"Preflight Fail: Distance Sensor {number} missing"
         if number < len(ages_us):

@@ -1,7 +1,8 @@
 """Horizontal position from auxiliary sources of global positions: visual navigation, pseudolites and the like.
 
 PX4's EKF2 (EKF/aid_sources/aux_global_position, v1.18). There are four slots. A source fuses in the one that had its id
-(EKF2_AGPn_ID) at the start; one with another id is written down in a free slot, and fuses from the next start on.
+(EKF2_AGPn_ID) at the start; one with another id is written down in a free slot, and fuses from the next start on. A
+source is what uORB has one instance of: a link of MAVLink, whose first id counts, or an id of DDS.
 Without any id at the start nobody listens. Altitudes serve only where no origin is known yet, as in PX4.
 """
 
@@ -23,6 +24,9 @@ DEAD_RECKONING: Final = 1
 BUFFER_LENGTH: Final = 20
 SILENT_US: Final = 5_000_000
 LEAST_NOISE_M: Final = 0.01
+MOST_LATITUDE_DEG: Final = 90.0
+MOST_LONGITUDE_DEG: Final = 180.0
+"""Ekf::checkLatLonValidity."""
 
 
 class AuxSource:
@@ -67,7 +71,8 @@ class AuxSource:
 
     def _on_sample(self, sample: AuxiliarySample) -> None:
         ekf = self._ekf
-        if not self.intended:
+        is_place = abs(sample.lat) <= MOST_LATITUDE_DEG and abs(sample.lon) <= MOST_LONGITUDE_DEG
+        if not (self.intended and is_place):
             self.active = False
             return
         self._compare(sample)
@@ -130,20 +135,34 @@ class AuxGlobalPosition:
         self._ekf = ekf
         ids = [int(ekf.settings[f"EKF2_AGP{slot}_ID"]) for slot in range(SLOTS)]
         self._ids = dict(enumerate(ids))
+        self._slots: dict[int, int] = {}
+        """By instance, from its first sample that finds one."""
         self.sources = {slot: AuxSource(ekf, slot) for slot, number in enumerate(ids) if number}
 
-    def on_sample(self, now_us: int, number: int, sample: AuxiliarySample, claim: Callable[[str, int], None]) -> None:
-        """A position from the source with this id; `claim(parameter, id)` notes whose a free slot is from now on."""
-        slot = next((slot for slot in range(SLOTS) if self._ids[slot] == number), None)
-        if slot is None:
-            slot = next((slot for slot in range(SLOTS) if not self._ids[slot]), None)
+    def on_sample(
+        self, now_us: int, instance: int, number: int, sample: AuxiliarySample, claim: Callable[[str, int], None]
+    ) -> None:
+        """A position with this id; `claim(parameter, id)` notes whose a free slot is from now on."""
+        if instance not in self._slots:
+            slot = self._slot_of(number, claim)
             if slot is None:
                 return
-            self._ids[slot] = number
-            claim(f"EKF2_AGP{slot}_ID", number)
-        source = self.sources.get(slot)
+            self._slots[instance] = slot
+        source = self.sources.get(self._slots[instance])
         if source is not None:
             source.push(now_us, sample)
+
+    def _slot_of(self, number: int, claim: Callable[[str, int], None]) -> int | None:
+        """The one that has the id, else the first that is free."""
+        for slot in range(SLOTS):
+            if self._ids[slot] == number:
+                return slot
+        for slot in range(SLOTS):
+            if not self._ids[slot]:
+                self._ids[slot] = number
+                claim(f"EKF2_AGP{slot}_ID", number)
+                return slot
+        return None
 
     def control(self, imu: ImuSample) -> None:
         """One step of the filter: at most one source is fused in it."""

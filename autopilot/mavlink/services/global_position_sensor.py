@@ -7,7 +7,7 @@ anybody, stamped with our time. Whether it is flown by, the filter decides (EKF2
 from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.topics import AuxGlobalPosition, Topics, with_source
+from sitl_emu.autopilot.topics import AuxGlobalPosition, Topics, with_instance
 from sitl_emu.core import dialect as mavlink
 
 
@@ -22,13 +22,11 @@ class GlobalPositionSensor:
         self._topics = topics
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
-        """Sources are told apart by their ids; a place that is none on Earth is not kept."""
+        """All that a link tells is one source, whatever its id."""
         lat, lon = message.lat * 1e-7, message.lon * 1e-7
-        if abs(lat) <= 90.0 and abs(lon) <= 180.0:
-            told = AuxGlobalPosition(
-                now_us, now_us, message.id, lat, lon, message.alt, message.eph, message.epv, source=message.source
-            )
-            self._topics.aux_global_position = with_source(self._topics.aux_global_position, told)
+        place = (lat, lon, message.alt, message.eph, message.epv)
+        told = AuxGlobalPosition(now_us, now_us, message.id, *place, source=message.source, publisher=link.name)
+        self._topics.aux_global_position = with_instance(self._topics.aux_global_position, told)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""

@@ -1,25 +1,25 @@
 """OBSTACLE_DISTANCE and DISTANCE_SENSOR: what a companion sees around and below, for collision prevention and height.
 
 https://mavlink.io/en/messages/common.html#OBSTACLE_DISTANCE. As PX4: a sensor that looks down is a height above ground
-(EKF2_RNG_CTRL), one that looks sideways and the distances around are for CP_DIST. What a sideways one tells outside its
-range stays as it is: collision prevention takes no notice of its signal quality.
+(EKF2_RNG_CTRL), one that looks sideways and the distances around are for CP_DIST; all that a link tells is one sensor.
+What a sideways one tells outside its range stays as it is: collision prevention takes no notice of its signal quality.
 """
 
 import math
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
-from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, Topics
+from sitl_emu.autopilot.sensors.distance_sensors import DOWNWARD
+from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, Topics, with_instance
 from sitl_emu.autopilot.topics import ObstacleDistance as ObstacleDistanceSample
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import product
 
-DOWNWARD: Final = 25
 UNKNOWN_SIGNAL_QUALITY, INVALID_SIGNAL_QUALITY = 0, 1
 
 
 class ObstacleDistance:
-    """Writer of obstacle_distance, distance_sensor_outside and distance_sensor_sideways."""
+    """Writer of obstacle_distance and distance_sensors_outside."""
 
     MESSAGES: ClassVar[frozenset[int]] = frozenset(
         {mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE, mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR}
@@ -35,11 +35,8 @@ class ObstacleDistance:
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE:
             self._topics.obstacle_distance = obstacles(now_us, message)
             return
-        sample = distance(now_us, message)
-        if sample.orientation == DOWNWARD:
-            self._topics.distance_sensor_outside = sample
-        else:
-            self._topics.distance_sensor_sideways = sample
+        sample = distance(now_us, message)._replace(publisher=link.name)
+        self._topics.distance_sensors_outside = with_instance(self._topics.distance_sensors_outside, sample)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""

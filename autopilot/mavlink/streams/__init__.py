@@ -22,9 +22,12 @@ Fields = tuple[Any, ...]
 
 
 def new_ones(stamps: tuple[int, ...], told: tuple[int, ...] | int) -> list[int]:
-    """Which of several sources have spoken since `told`, their stamps of the last time (0: there was none)."""
-    before = told if isinstance(told, tuple) else (0,) * len(stamps)
-    return [number for number, (now, then) in enumerate(zip(stamps, before, strict=True)) if now != then]
+    """Which of several sources have spoken since `told`, their stamps of the last time (0: there was none).
+
+    There may be more of them by now.
+    """
+    before = told if isinstance(told, tuple) else ()
+    return [number for number, now in enumerate(stamps) if now != (before[number] if number < len(before) else 0)]
 
 
 @functools.cache

@@ -4,6 +4,7 @@ from typing import Final
 
 from sitl_emu.autopilot.mavlink.context import Context
 from sitl_emu.autopilot.mavlink.streams import Fields, new_ones
+from sitl_emu.autopilot.sensors.distance_sensors import distance_sensors
 from sitl_emu.autopilot.topics import DistanceSensorSample
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import product, truncated
@@ -19,11 +20,9 @@ SIGNAL_INVALID: Final = 1
 
 def since(context: Context, told: tuple[int, ...] | int) -> tuple[tuple[int, ...], list[Fields]]:
     """Every sensor that has measured since then, numbered as uORB's instances: our own first."""
-    topics = context.topics
-    sensors = (topics.distance_sensor, topics.distance_sensor_outside, topics.distance_sensor_sideways)
+    sensors = [sensor for sensor in distance_sensors(context.topics) if sensor.timestamp]
     stamps = tuple(sensor.timestamp for sensor in sensors)
-    new = new_ones(stamps, told)
-    return stamps, [_message(sum(map(bool, stamps[:number])), sensors[number]) for number in new]
+    return stamps, [_message(number, sensors[number]) for number in new_ones(stamps, told)]
 
 
 def fields(now_us: int, context: Context) -> Fields | None:

@@ -11,13 +11,12 @@ from sitl_emu.core.c_types import truncated
 ID = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_SENSOR
 SOURCES: Final = 4
 """Length of the MultiArray that PX4's stream listens to."""
-NOBODY: Final = (0,) * SOURCES
 
 
 def since(context: Context, told: tuple[int, ...] | int) -> tuple[tuple[int, ...], list[Fields]]:
     """Of each source what it has said since then."""
     sources = context.topics.aux_global_position[:SOURCES]
-    stamps = (*(source.timestamp for source in sources), *NOBODY)[:SOURCES]
+    stamps = tuple(source.timestamp for source in sources)
     return stamps, [_message(sources[number]) for number in new_ones(stamps, told)]
 
 
