@@ -12,10 +12,13 @@ from sitl_emu.autopilot.autopilot import Autopilot
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import (
+    AuxGlobalPosition,
+    DistanceSensorSample,
     EstimatorStates,
     PositionSetpoint,
     PositionSetpointTriplet,
     SensorCombined,
+    Topics,
     VehicleAttitude,
     VehicleCommand,
     VehicleLocalPosition,
@@ -23,6 +26,7 @@ from sitl_emu.autopilot.topics import (
 )
 from sitl_emu.autopilot.uxrce_dds_client import cdr
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, REPLY, REQUEST, Sample
+from sitl_emu.autopilot.uxrce_dds_client.subscriptions import Subscriptions
 from sitl_emu.autopilot.uxrce_dds_client.uxrce_dds_client import UxrceDdsClient
 from sitl_emu.core import attitude
 from sitl_emu.run import dds_socket
@@ -183,6 +187,35 @@ class Service:
         acks = [(data[:16].strip(), cdr.Reader("VehicleCommandAck").read(data[16:])) for data in told]
         assert all(ack["timestamp"] == BOOT_UNIX_US + self.heard.now_us for _, ack in acks)
         return [(asked, ack["command"], ack["result"]) for asked, ack in acks]
+
+
+def test_a_distance_is_that_of_the_first_sensor_whoever_that_is() -> None:
+    """DDS has no instance of its own (dds_topics.h.em: uORB::Publication)."""
+    topics = Topics()
+    handlers = Subscriptions(topics, 1, lambda _now, _command: None, lambda _now, _reply: None).handlers
+    fields = {"min_distance": 0.2, "max_distance": 12.0, "orientation": 25, "signal_quality": -1, "h_fov": 0.0}
+    fields |= {"type": 0, "variance": 0.0, "v_fov": 0.0, "q": (0.0,) * 4, "timestamp": 1}
+    of_links = tuple(DistanceSensorSample(1, 1.0, publisher=name) for name in ("gcs", "onboard"))
+    topics.distance_sensors_outside = of_links
+    handlers["distance_sensor"](1, fields | {"current_distance": 2.0})
+    assert [(each.publisher, each.current_distance) for each in topics.distance_sensors_outside] == [
+        ("gcs", 2.0),
+        ("onboard", 1.0),
+    ]
+    topics.distance_sensor = DistanceSensorSample(1, 1.0)
+    handlers["distance_sensor"](1, fields | {"current_distance": 3.0})
+    assert topics.distance_sensor.current_distance == 3.0
+
+
+def test_four_ids_of_positions_are_heard_beside_those_of_links() -> None:
+    """dds_topics.yaml: route_field and max_instances of aux_global_position."""
+    topics = Topics()
+    handlers = Subscriptions(topics, 1, lambda _now, _command: None, lambda _now, _reply: None).handlers
+    topics.aux_global_position = (AuxGlobalPosition(1, 1, 7, 47.0, 8.0, publisher="gcs"),)
+    fields = dict.fromkeys(("lat", "lon", "alt", "eph", "epv"), 1.0) | {"lat_lon_reset_counter": 0, "source": 0}
+    for number in (1, 2, 3, 4, 5, 1):
+        handlers["aux_global_position"](1, fields | {"id": number, "timestamp": 1, "timestamp_sample": 1})
+    assert [each.id for each in topics.aux_global_position] == [7, 1, 2, 3, 4]
 
 
 def test_a_request_of_the_service_is_a_command_and_its_answer_the_reply() -> None:
