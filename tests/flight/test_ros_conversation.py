@@ -148,13 +148,13 @@ def test_formats_of_messages_are_told() -> None:
 
 
 def test_without_gps_it_knows_its_place_by_auxiliary_positions() -> None:
-    """Of four sources; a fifth, and what is no place, change nothing."""
+    """Of four sources; a fifth, and those that tell what is no place, change nothing."""
     pilot = Pilot("iris", EKF2_GPS_CTRL=0, EKF2_AGP0_ID=40, EKF2_AGP0_CTRL=1)
     node = Node(pilot)
 
     def see() -> None:
         pose = pilot.truth
-        places = [(40, pose.lat_deg), (40, math.nan), (40, 91.0), *((number, 0.0) for number in (1, 2, 3, 4))]
+        places = [(40, pose.lat_deg), (1, math.nan), (2, 91.0), (3, 0.0), (4, 0.0)]
         for number, lat in places:
             node.send("aux_global_position", id=number, lat=lat, lon=pose.lon_deg, alt=489.4, eph=0.5, epv=1.0)
 

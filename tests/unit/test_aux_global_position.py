@@ -127,7 +127,8 @@ def test_sources_speak_mavlink_and_are_told_again() -> None:
     peer.send(told_by(7))
     peer.send(told_by(9), ONBOARD)
     peer.send(told_by(8, 910000000))
-    assert peer.topics.aux_global_position[0][2:4] == (8, pytest.approx(91.0))
+    nowhere = peer.topics.aux_global_position[0]
+    assert nowhere.id == 8 and nowhere.lat == pytest.approx(91.0)
     peer.send(told_by(7, 473977430))
     first, second = peer.topics.aux_global_position
     assert (first.id, first.timestamp, first.alt) == (7, peer.now_us, 489.0)

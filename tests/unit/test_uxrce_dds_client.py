@@ -193,7 +193,13 @@ def test_a_distance_is_that_of_the_first_sensor_whoever_that_is() -> None:
     """DDS has no instance of its own (dds_topics.h.em: uORB::Publication)."""
     topics = Topics()
     handlers = Subscriptions(topics, 1, lambda _now, _command: None, lambda _now, _reply: None).handlers
-    fields = {"min_distance": 0.2, "max_distance": 12.0, "orientation": 25, "signal_quality": -1, "h_fov": 0.0}
+    fields: dict[str, Any] = {
+        "min_distance": 0.2,
+        "max_distance": 12.0,
+        "orientation": 25,
+        "signal_quality": -1,
+        "h_fov": 0.0,
+    }
     fields |= {"type": 0, "variance": 0.0, "v_fov": 0.0, "q": (0.0,) * 4, "timestamp": 1}
     of_links = tuple(DistanceSensorSample(1, 1.0, publisher=name) for name in ("gcs", "onboard"))
     topics.distance_sensors_outside = of_links
