@@ -72,7 +72,6 @@ from sitl_emu.core.simulator_api import (
 UNKNOWN_DOP: Final = 65535
 UNKNOWN_SIGNAL_QUALITY: Final = 0
 INVALID_SIGNAL_QUALITY: Final = 1
-"""MAV_SENSOR_ROTATION_PITCH_270: what the estimator takes for a height above ground."""
 GREATEST_INT16: Final = 0x7FFF
 RANGE_UINT16: Final = 0x10000
 """DISTANCE_SENSOR.current_distance above the first and out of range is a negative one: below the ground (lidar.py)."""
