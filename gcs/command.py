@@ -4,6 +4,10 @@ Source: https://mavlink.io/en/services/command.html: a lost COMMAND_LONG is sent
 COMMAND_ACK with IN_PROGRESS puts the limit off; the ack comes from the component that was asked. MAVLink leaves times
 and tries to the client: here 0.5 s for each try, as MAVSDK has it, and 10 tries. One command of a kind at a time per
 target.
+
+A temporary rejection of a command that was sent more than once may be of the repetition: who carries the first out
+refuses the second for that, as PX4's payload_deliverer does (payload_deliverer.cpp), and the ack that said so was lost.
+It is asked again then, as often as where no answer comes.
 """
 
 import math
@@ -39,6 +43,8 @@ RESULTS = {
     9: "unsupported frame",
     10: "not in control",
 }
+NOT_BEGUN = (2, 3, 4, 7, 8, 9, 10)
+"""Results with which nothing has begun. Failed (4) is what PX4 answers where no gripper is set up."""
 
 
 class CommandOutcome(NamedTuple):
@@ -72,12 +78,18 @@ class Command:
         self.sent = 0
         self.progress: int | None = None
         self.outcome: CommandOutcome | None = None
+        self._is_rejected = False
         self._due_us: int | None = None
 
     @property
     def done(self) -> bool:
         """True when it was answered or given up."""
         return self.outcome is not None
+
+    @property
+    def may_have_begun(self) -> bool:
+        """Whether what was asked may have begun: it was sent, and not answered that it is not done."""
+        return bool(self.sent) and (self.outcome is None or self.outcome.result not in NOT_BEGUN)
 
     def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
         """Hears the COMMAND_ACK of the component that was asked."""
@@ -93,6 +105,8 @@ class Command:
             if result == mavlink.MAV_RESULT_IN_PROGRESS:
                 self.progress = msg.progress
                 self._due_us = now_us + PROGRESS_TIMEOUT_US
+            elif result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED and self.sent > 1:
+                self._is_rejected = True
             else:
                 text = RESULTS.get(result, f"result {result}")
                 self.outcome = CommandOutcome(result == mavlink.MAV_RESULT_ACCEPTED, result, text)
@@ -103,7 +117,9 @@ class Command:
         if self.outcome is not None or (self._due_us is not None and now_us < self._due_us):
             return []
         if self.sent >= self.tries:
-            self.outcome = CommandOutcome(False, None, f"no answer to {self.tries} tries")
+            result = mavlink.MAV_RESULT_TEMPORARILY_REJECTED if self._is_rejected else None
+            text = f"no answer to {self.tries} tries" if result is None else RESULTS[result]
+            self.outcome = CommandOutcome(False, result, text)
             return []
         self._due_us = now_us + self.timeout_us
         self.sent += 1

@@ -111,6 +111,33 @@ class Quad(FakePx4):
         return self.velocity[0] + change[0] * most, self.velocity[1] + change[1] * most
 
 
+class Gripper:
+    """PX4's, in a quadrotor's place: it opens for `OPENS_US`, and what it is asked meanwhile is refused for now.
+
+    The first `lost` of its answers, to whatever it is asked, do not arrive.
+    """
+
+    OPENS_US = 1_000_000
+    """PD_GRIPPER_TO."""
+
+    def __init__(self, quad: Quad, lost: int) -> None:
+        self.lost = lost
+        self._obey, self._asked_us = quad.on_message, 0
+        quad.on_message = self.on_message  # type: ignore[method-assign]
+
+    def on_message(self, now_us: int, msg: Any) -> list[Any]:
+        """As `FakePx4.on_message`."""
+        answers = self._obey(now_us, msg)
+        if msg.get_type() != "COMMAND_LONG" or msg.command != 211:
+            return answers
+        self._asked_us = self._asked_us or now_us
+        since_us = now_us - self._asked_us
+        for answer in answers:
+            answer.result = 5 if not since_us else 1 if since_us < self.OPENS_US else 0
+        self.lost -= 1
+        return answers if self.lost < 0 else []
+
+
 class Flown(NamedTuple):
     """How it went."""
 

@@ -12,7 +12,7 @@ from sitl_emu.missions.companion.onboard import Script
 from sitl_emu.missions.disaster import places, tries
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from sitl_emu.missions.disaster.flight import Flight
-from tests.unit.disaster_sky import Sky
+from tests.unit.disaster_sky import Gripper, Sky
 
 AREA_M = [(0.0, 0.0), (0.0, 60.0), (40.0, 60.0), (40.0, 0.0)]
 FIRE = box(24.0, 15.0, 40.0, 45.0)
@@ -73,6 +73,25 @@ def test_a_place_that_stays_one_is_kept() -> None:
     sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
     assert sky.fly(300.0, then=lambda sky: bool(sky.parcels))
     assert not sky.tells(1, "place_changed")
+
+
+def test_a_parcel_is_delivered_though_the_answer_is_lost_that_says_so() -> None:
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+    Gripper(sky.quads[1], lost=1)
+    assert sky.fly(300.0)
+    assert len(sky.parcels) == 1 and sky.flown().outcomes == {1: "success"}
+
+
+@pytest.mark.parametrize("ack", [4, None])
+def test_a_parcel_counts_as_gone_unless_the_gripper_says_that_it_does_not_open(ack: int | None) -> None:
+    sky = Sky(1, AREA_M, [FIRE], 0.0, 1)
+    if ack is None:
+        Gripper(sky.quads[1], lost=100)
+    else:
+        sky.quads[1].ack = lambda command: ack if command == 211 else 0
+    assert sky.fly(300.0)
+    assert sky.companions[1].flight.delivered is (ack is None)
+    assert sky.flown().outcomes[1] == ("gripper: no answer to 10 tries" if ack is None else "gripper: failed")
 
 
 def test_where_nothing_has_a_place_the_parcel_stays_on_board_for_that_reason() -> None:

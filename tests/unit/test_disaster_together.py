@@ -11,7 +11,7 @@ from sitl_emu.missions.companion.swarm.airspace import KEEP_M
 from sitl_emu.missions.disaster import places
 from sitl_emu.missions.disaster.settings import Settings
 from tests.unit.companion_px4 import RETURN
-from tests.unit.disaster_sky import Flown, Sky
+from tests.unit.disaster_sky import Flown, Gripper, Sky
 
 AREA = [(0.0, 0.0), (70.0, 0.0), (70.0, 90.0), (0.0, 90.0)]
 BENT, APART, FIRST = box(20, -5, 60, 5).union(box(20, -5, 28, 70)), box(50, 60, 62, 75), box(50, 5, 62, 20)
@@ -64,6 +64,15 @@ def test_the_lines_of_who_falls_and_talks_on_are_flown_by_the_other() -> None:
     flown = sky.flown()
     assert all_lines(flown) and len(flown.lines[2]) == 1 and served(flown, APART) == [1]
     assert flown.outcomes[1] == "success" and flown.outcomes[2].startswith("does not move")
+
+
+def test_a_pond_is_served_once_though_no_answer_of_the_gripper_arrives() -> None:
+    sky = Sky(2, AREA, [APART], 0.0, seed=6)
+    for quad in sky.quads.values():
+        Gripper(quad, lost=100)
+    assert sky.fly(LIMIT_S)
+    assert served(sky.flown(), APART) == [1]
+    assert sorted(sky.flown().outcomes.values()) == ["gripper: no answer to 10 tries", "success"]
 
 
 def test_what_no_line_shows_well_enough_is_looked_at_when_all_are_flown(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ import pytest
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs import heartbeat, modes, offboard, parameter, statustext
 from sitl_emu.gcs import telemetry as telemetry_module
-from sitl_emu.gcs.command import Command, arm
+from sitl_emu.gcs.command import Command, arm, gripper
 from sitl_emu.gcs.mission import (
     FENCE,
     MissionClear,
@@ -157,6 +157,39 @@ def test_a_command_in_progress_is_waited_for() -> None:
     assert command.on_time(5 * US) == []
     command.on_message(6 * US, ack(241, 4))
     assert command.outcome == (False, 4, "failed")
+
+
+def test_a_repetition_that_is_refused_while_the_first_is_carried_out_ends_nothing() -> None:
+    """payload_deliverer.cpp: the same action while it is at it is TEMPORARILY_REJECTED; its IN_PROGRESS was lost."""
+    opening = gripper(1, open_it=True)
+    assert not opening.may_have_begun
+    opening.on_time(0)
+    assert opening.may_have_begun and len(opening.on_time(US // 2)) == 1
+    opening.on_message(US // 2, ack(211, 1))
+    assert not opening.done and opening.on_time(US // 2 + 1000) == []
+    opening.on_message(US, ack(211, 0))
+    assert opening.outcome == (True, 0, "accepted")
+
+
+def test_what_is_refused_for_now_is_refused_at_once_and_if_it_may_be_a_repetition_at_its_last_try() -> None:
+    once, often = arm(1), arm(1)
+    once.on_time(0)
+    once.on_message(1000, ack(400, 1))
+    assert once.outcome == (False, 1, "temporarily rejected")
+    often.on_time(0)
+    for t in range(US // 2, 5 * US, US // 2):
+        assert len(often.on_time(t)) == 1
+        often.on_message(t + 1000, ack(400, 1))
+    assert not often.done and often.on_time(5 * US) == []
+    assert often.outcome == (False, 1, "temporarily rejected")
+
+
+@pytest.mark.parametrize(("result", "begun"), [(1, True), (2, False), (3, False), (4, False), (6, True)])
+def test_whether_what_was_asked_may_have_begun(result: int, begun: bool) -> None:
+    opening = gripper(1, open_it=True)
+    opening.on_time(0)
+    opening.on_message(1000, ack(211, result))
+    assert opening.done and opening.may_have_begun is begun
 
 
 def test_a_command_that_nobody_answers_ends() -> None:

@@ -1,6 +1,6 @@
 """What the autopilot is told and has to accept: commands, parameters, uploads of missions, fences and rally points."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from sitl_emu.gcs.command import Command
 from sitl_emu.gcs.mission import FENCE, MISSION, RALLY, MissionItem, MissionUpload
@@ -16,9 +16,18 @@ class StepFailed(Exception):
     """A step that can't be done; the text is for people."""
 
 
-def command(onboard: Onboard, wanted: Command, what: str) -> Script:
-    """Until the autopilot has accepted a command; `what` names it where it does not."""
-    yield from onboard.do(AUTOPILOT_LINK, wanted)
+def command(onboard: Onboard, wanted: Command, what: str, begun: Callable[[], None] | None = None) -> Script:
+    """Until the autopilot has accepted a command; `what` names it where it does not.
+
+    `begun` is called when it says that it is at it, or in the end where it may be: it accepted, or no answer came.
+    """
+    onboard.start(AUTOPILOT_LINK, wanted)
+    while not wanted.done and wanted.progress is None:
+        yield
+    if begun is not None and wanted.may_have_begun:
+        begun()
+    while not wanted.done:
+        yield
     if wanted.outcome is None or not wanted.outcome.accepted:
         raise StepFailed(f"{what}: {wanted.outcome.text if wanted.outcome else NO_ANSWER}")
 
