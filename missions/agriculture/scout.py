@@ -258,6 +258,11 @@ class Scout:
 
     # Bookkeeping
 
+    def fail(self, why: str) -> None:
+        """It can't see any more."""
+        if self._scanning:
+            self._fail("failed", why)
+
     def _fail(self, kind: str, why: str) -> None:
         """The mission can't go on: says so, and brings the UAS home."""
         self._failure = self._failure or why

@@ -133,6 +133,15 @@ class LooksAtTimes(Protocol):
 
 
 @runtime_checkable
+class Fails(Protocol):
+    """What a companion has beside that can end its mission early; any other goes on without its detector."""
+
+    def fail(self, why: str) -> None:
+        """It can't see any more: ends the mission, if it needs to see now, and brings the vehicle home."""
+        ...
+
+
+@runtime_checkable
 class SeesRanges(Protocol):
     """What a companion has beside that wants depth images and point clouds; any other is not given them."""
 

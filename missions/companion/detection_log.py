@@ -13,17 +13,23 @@ from pathlib import Path
 
 from sitl_emu.missions.companion.companion import Candidate
 from sitl_emu.missions.companion.inference import Looked
+from sitl_emu.missions.companion.logs import Log
 
 CANDIDATES_EVERY_US = 1_000_000
 
 
 class DetectionLog:
-    """Writes them into a file."""
+    """Writes them into a file, until that fails."""
 
     def __init__(self, path: Path) -> None:
         """Raises OSError where it can't be written."""
-        self._file = path.open("w", buffering=1)
+        self._log = Log(path, path.open("w", buffering=1))
         self._due_us = 0
+
+    @property
+    def error(self) -> str:
+        """Why it has ended, a line for people; "" while it has not."""
+        return self._log.error
 
     def wants_candidates(self, looked: Looked) -> bool:
         """Whether it is time for them."""
@@ -39,11 +45,11 @@ class DetectionLog:
         if candidates is not None:
             self._due_us = looked.frame.time_usec + CANDIDATES_EVERY_US
             line["candidates"] = [_rounded(one) for one in candidates]
-        self._file.write(json.dumps(line) + "\n")
+        self._log.write(lambda file: file.write(json.dumps(line) + "\n"))
 
     def close(self) -> None:
         """Make it whole."""
-        self._file.close()
+        self._log.close()
 
 
 def _rounded(one: Candidate) -> list[object]:

@@ -2,19 +2,34 @@
 
 One harness for both worlds. Whoever holds it has the clock: on hardware `main.py`, which reads what has come; in a
 simulated run its companion process, which reads exactly what it is told of. No clock is read and no socket opened here.
+
+What fails on the companion's computer, a log, a port, the detector, is said once, to the ground station as well, and
+ends no flight; but who has a detector that fails at each frame is told to go home.
 """
 
 from collections.abc import Iterable, Mapping
 
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.gcs.statustext import WARNING, messages_of
 from sitl_emu.missions.companion.camera import Frame
-from sitl_emu.missions.companion.companion import Companion, Event, HasCandidates, LooksAtTimes, Outgoing, SeesRanges
+from sitl_emu.missions.companion.companion import (
+    AUTOPILOT_LINK,
+    Companion,
+    Event,
+    Fails,
+    HasCandidates,
+    LooksAtTimes,
+    Outgoing,
+    SeesRanges,
+)
 from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.feeds import Ranges
 from sitl_emu.missions.companion.inference import Inference, Looked
 from sitl_emu.missions.companion.links import Link
 from sitl_emu.missions.companion.pictures import Album
 
+LAST_TEXT = 65535
+"""Ids of long texts count down from here; those of the companion's own count up (`onboard.py`)."""
 Received = tuple[str, mavlink.MAVLink_message]
 """The name of a link, and a message that came in on it."""
 
@@ -39,6 +54,8 @@ class Harness:
         self._has_candidates = companion if isinstance(companion, HasCandidates) else None
         self._sees_ranges = companion if isinstance(companion, SeesRanges) else None
         self._looks_at_times = companion if isinstance(companion, LooksAtTimes) else None
+        self._fails = companion if isinstance(companion, Fails) else None
+        self._said, self._events = list[str](), list[Event]()
 
     @property
     def looks(self) -> bool:
@@ -68,8 +85,18 @@ class Harness:
             if self._album is not None:
                 self._album.keep(looked)
             self._write_down(looked)
+        self._watch(now_us)
         self.send(now_us, companion.on_time(now_us))
-        return [self._pictured(event) for event in companion.events()]
+        events, self._events = self._events, []
+        return events + [self._pictured(event) for event in companion.events()]
+
+    def say(self, now_us: int, text: str) -> None:
+        """Tells what has failed on this computer, as a warning at the ground station and an event; each text once."""
+        if text in self._said:
+            return
+        self._said.append(text)
+        self.send(now_us, [(AUTOPILOT_LINK, msg) for msg in messages_of(text, WARNING, LAST_TEXT - len(self._said))])
+        self._events.append(Event(now_us, "text", text, {}))
 
     def send(self, now_us: int, outgoing: Outgoing) -> None:
         """Sends messages, each on its link."""
@@ -84,6 +111,19 @@ class Harness:
             link.close()
         if self._detections is not None:
             self._detections.close()
+
+    def _watch(self, now_us: int) -> None:
+        """Says what has failed; ends the mission of who can't see any more."""
+        for name, link in self.links.items():
+            for error in link.errors:
+                self.say(now_us, f"{name} link: {error}")
+        log, inference = self._detections, self.inference
+        for error in (log.error if log is not None else "", inference.error):
+            if error:
+                self.say(now_us, error)
+        if inference.has_failed and self._fails is not None:
+            self._fails.fail(inference.error)
+            self._fails = None
 
     def _write_down(self, looked: Looked) -> None:
         log, source = self._detections, self._has_candidates

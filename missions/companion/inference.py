@@ -4,8 +4,11 @@ One rule says which frames are left out: when `most_waiting` of them wait for th
 oldest that waits is dropped, and counted. On hardware one may wait, so that what is detected is as fresh as it can be.
 In a simulated run any number may, and simulated time waits for the detector: a frame's detections are there
 `latency_us` after it came, so that results don't depend on the CPU.
+
+A frame at which the detector raises an exception is left out, too, and counted.
 """
 
+import traceback
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -22,11 +25,16 @@ Detect = Callable[[Image, float], Sequence[Detection]]
 def be_repeatable() -> None:
     """Makes OpenCV's results in this thread the same bits wherever a picture lies in memory, and on any run.
 
-    Its IPP kernels (Intel's) are not so: with them detections came out an ulp different as memory was used differently.
-    Without them a mission's detector took as long (20 ms a frame).
+    Its IPP kernels (Intel's) are not so: with them detections came out an ulp different as memory was used differently
+    (d33a35a6).
     """
     cv2.setNumThreads(1)
     cv2.ipp.setUseIPP(False)
+
+
+MOST_FAILURES = 10
+"""Frames in a row at which a detector may fail before it is taken to be of no use any more: a second or more of what
+missions look at. Ours."""
 
 
 class Looked(NamedTuple):
@@ -52,6 +60,15 @@ class Inference:
         self._looks: deque[_Look] = deque()
         self.dropped = 0
         """Frames that were left out."""
+        self.error = ""
+        """How the detector has failed first, a line for people; "" while it has not."""
+        self._failures = 0
+        """At frames in a row, up to the last."""
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether the detector is of no use any more."""
+        return self._failures >= MOST_FAILURES
 
     def look(self, now_us: int, frame: Frame, gsd_m: float) -> None:
         """Has the detector look at a frame; `gsd_m`: metres a pixel, 0 if that is not known."""
@@ -71,9 +88,20 @@ class Inference:
             if self._most_waiting is not None and not self._looks[0].future.done():
                 break
             one = self._looks.popleft()
-            ready.append(Looked(one.frame, one.future.result()))
+            error = one.future.exception()
+            if error is None:
+                ready.append(Looked(one.frame, one.future.result()))
+                self._failures = 0
+            else:
+                self._leave_out(error)
         return ready
 
     def close(self) -> None:
         """Ends the thread; what waits is left out."""
         self._worker.shutdown(cancel_futures=True)
+
+    def _leave_out(self, error: BaseException) -> None:
+        self.dropped, self._failures = self.dropped + 1, self._failures + 1
+        if not self.error:
+            self.error = " ".join(f"detector: {type(error).__name__}: {error}".split())
+            traceback.print_exception(error)

@@ -21,6 +21,7 @@ from typing import Protocol
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.framing import Splitter, split
 from sitl_emu.gcs.tlog import TlogWriter
+from sitl_emu.missions.companion.logs import Log
 from sitl_emu.missions.companion.wire import Wire
 
 DEFAULT_BAUD = 921600
@@ -56,6 +57,11 @@ class LinkError(Exception):
 class Port(Protocol):
     """Bytes in and out."""
 
+    @property
+    def error(self) -> str:
+        """Why nothing comes, where the port itself has failed, a line for people; "" while it works."""
+        ...
+
     def fileno(self) -> int:
         """For select."""
         ...
@@ -75,6 +81,8 @@ class Port(Protocol):
 
 class UdpPort:
     """Datagrams to and from one address, or whoever sent last."""
+
+    error = ""
 
     def __init__(
         self,
@@ -159,15 +167,22 @@ class SerialPort:
             self._serial = serial.Serial(device, baud, timeout=0, write_timeout=0.2)
         except (OSError, ValueError) as error:
             raise LinkError(f"{device}: can't be opened: {error}") from None
-        self._splitter = Splitter()
+        self._device, self._splitter = device, Splitter()
+        self.error = ""
 
     def fileno(self) -> int:
         """For select."""
         return int(self._serial.fileno())
 
     def receive(self) -> bytes | None:
-        """Whole frames of what has come."""
-        return b"".join(self._splitter.feed(bytes(self._serial.read(SERIAL_READ_BYTES)))) or None
+        """Whole frames of what has come. A device that is unplugged brings nothing, and ends no flight."""
+        try:
+            data = bytes(self._serial.read(SERIAL_READ_BYTES))
+        except OSError as error:  # serial.SerialException is one
+            self.error = f"{self._device}: can't be read: {error}"
+            return None
+        self.error = ""
+        return b"".join(self._splitter.feed(data)) or None
 
     def send(self, frame: bytes) -> None:
         """Write a frame."""
@@ -219,7 +234,12 @@ class Link:
         self.port, self.wire = port, Wire()
         self.sent = 0
         """Messages sent, each a datagram."""
-        self._log, self._epoch_us = log, epoch_us
+        self._log, self._epoch_us = Log(log.path, log) if log is not None else None, epoch_us
+
+    @property
+    def errors(self) -> list[str]:
+        """What of port and log has failed, each a line for people."""
+        return [each for each in (self.port.error, self._log.error if self._log is not None else "") if each]
 
     def receive(self, now_us: int) -> list[mavlink.MAVLink_message] | None:
         """The messages of what has come next; None if nothing has."""
@@ -228,7 +248,7 @@ class Link:
             return None
         if self._log is not None:
             for frame in split(data):
-                self._log.write(self._epoch_us + now_us, frame)
+                self._write_down(now_us, frame)
         return self.wire.decode(data)
 
     def receive_exactly(self, now_us: int, count: int) -> list[mavlink.MAVLink_message]:
@@ -245,8 +265,7 @@ class Link:
         """Sends one message, as the companion of this system (0: not known yet). Raises LinkError."""
         self.wire.system = system or STRANGER
         frame = self.wire.encode(message)
-        if self._log is not None:
-            self._log.write(self._epoch_us + now_us, frame)
+        self._write_down(now_us, frame)
         self.port.send(frame)
         self.sent += 1
 
@@ -256,8 +275,15 @@ class Link:
             self._log.close()
         self.port.close()
 
+    def _write_down(self, now_us: int, frame: bytes) -> None:
+        if self._log is not None:
+            self._log.write(lambda log: log.write(self._epoch_us + now_us, frame))
+
 
 def wait(links: Mapping[str, Link], timeout_s: float) -> list[str]:
-    """The links on which something has come; waits for it, at most so long."""
-    readable, _, _ = select.select([link.port for link in links.values()], [], [], timeout_s)
-    return [name for name, link in links.items() if link.port in readable]
+    """The links on which something has come; waits for it, at most so long.
+
+    A port that has failed is tried again each time, and not waited for: select takes a device that has gone for ready.
+    """
+    readable, _, _ = select.select([link.port for link in links.values() if not link.port.error], [], [], timeout_s)
+    return [name for name, link in links.items() if link.port in readable or link.port.error]

@@ -10,6 +10,7 @@ its onboard link (`links.py` has the kinds of links); `--peer` is the link to th
 """
 
 import argparse
+import contextlib
 import json
 import signal
 import sys
@@ -31,6 +32,7 @@ from sitl_emu.missions.companion.harness import Harness, Received
 from sitl_emu.missions.companion.inference import Inference
 from sitl_emu.missions.companion.links import Link, LinkError, Port, open_port, wait
 from sitl_emu.missions.companion.live_frames import BootClock, LiveFrames
+from sitl_emu.missions.companion.logs import Log
 from sitl_emu.missions.companion.peer_link import MAV_TYPE_ONBOARD_CONTROLLER
 from sitl_emu.missions.companion.pictures import Album
 from sitl_emu.missions.registry import MissionError, make_companion, programs
@@ -67,7 +69,8 @@ class Runner:
         detections = DetectionLog(log_dir / "detections.jsonl") if log_dir is not None else None
         self.harness = Harness(companion, links, Inference(companion.detect), _album(log_dir), detections)
         self._knock = Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER)
-        self._events = (log_dir / "events.jsonl").open("w") if log_dir is not None else None
+        events = log_dir / "events.jsonl" if log_dir is not None else None
+        self._events = Log(events, events.open("w", buffering=1)) if events is not None else None
         self._told_us, self._told = 0, ""
 
     def step(self) -> None:
@@ -106,8 +109,10 @@ class Runner:
         for event in events:
             tell(f"{event.kind}: {event.text}")
             if self._events is not None:
-                self._events.write(json.dumps({"time_s": time.time(), **event.line}) + "\n")
-                self._events.flush()
+                line = json.dumps({"time_s": time.time(), **event.line}) + "\n"
+                self._events.write(lambda file, line=line: file.write(line))
+        if self._events is not None and self._events.error:
+            self.harness.say(now_us, self._events.error)
         if self._frames is not None and self._frames.error is not None:
             sys.stderr.write(f"camera: {self._frames.error}\n")
             self._frames.error = None
@@ -127,9 +132,10 @@ def _album(log_dir: Path | None) -> Album | None:
 
 
 def tell(line: str) -> None:
-    """A line for people, at once."""
-    sys.stdout.write(line + "\n")
-    sys.stdout.flush()
+    """A line for people, at once. That it can't be written, as into a file on a disk that is full, ends no flight."""
+    with contextlib.suppress(OSError):
+        sys.stdout.write(line + "\n")
+        sys.stdout.flush()
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:

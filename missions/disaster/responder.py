@@ -193,6 +193,11 @@ class Responder:
         frame_time_us, box = self._boxes[label]
         return {"frame_time_us": frame_time_us, "x": box.x, "y": box.y, "w": box.w, "h": box.h}
 
+    def fail(self, why: str) -> None:
+        """It can't see any more."""
+        if self.flight.looking:
+            self._fail(why)
+
     def _fail(self, why: str) -> None:
         """The mission can't go on: says so, and brings the UAS home."""
         first, self._failure = not self._failure, self._failure or why

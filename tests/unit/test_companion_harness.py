@@ -17,7 +17,7 @@ from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, Candidate, Eve
 from sitl_emu.missions.companion.detection_log import DetectionLog
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.harness import Harness
-from sitl_emu.missions.companion.inference import Inference
+from sitl_emu.missions.companion.inference import MOST_FAILURES, Inference
 from sitl_emu.missions.companion.links import Link, LinkError, UdpPort
 from sitl_emu.missions.companion.pictures import Album
 from sitl_emu.missions.companion.wire import Wire
@@ -192,6 +192,75 @@ def test_what_is_detected_in_each_frame_is_a_line_and_candidates_once_a_second(t
         {"time_s": 0.1, "found": [found]},
         {"time_s": 0.2, "found": [found, found]},
     ]
+
+
+class Broken(Reporter):
+    """One whose detector fails from a frame on, but for some; it notes why it was told to end."""
+
+    def __init__(self, fails: Callable[[int], bool]) -> None:
+        super().__init__()
+        self.fails, self.ended = fails, list[str]()
+
+    def wants_frame(self, frame_time_us: int) -> float | None:
+        return 0.05
+
+    def detect(self, image: Any, gsd_m: float) -> list[Detection]:
+        if self.fails(int(image[0, 0, 0])):
+            raise ValueError("no\nsuch layer")
+        return []
+
+    def fail(self, why: str) -> None:
+        self.ended.append(why)
+
+
+@pytest.mark.parametrize(
+    ("fails", "dropped", "ended"),
+    [
+        (lambda index: index % MOST_FAILURES != 0, 27, 0),
+        (lambda index: index >= 5, 25, 1),
+    ],
+    ids=["never all in a row", "for good"],
+)
+def test_a_detector_that_fails_loses_frames_is_told_once_and_ends_a_mission_if_it_does_so_for_good(
+    fails: Callable[[int], bool], dropped: int, ended: int
+) -> None:
+    vehicle = UdpPort(("127.0.0.1", 0), None, wait_s=LIMIT_S)
+    companion = Broken(fails)
+    inference = Inference(companion.detect, most_waiting=None)
+    harness = Harness(companion, {AUTOPILOT_LINK: Link(UdpPort(None, vehicle.address))}, inference)
+    events = [event for index in range(30) for event in harness.step(index * US, [], [frame(index)])]
+    assert inference.dropped == dropped and len(companion.log) == 60 - dropped
+    told = "detector: ValueError: no such layer"
+    assert [event.text for event in events if event.kind == "text"] == [told]
+    data = vehicle.receive()
+    assert data is not None
+    (said,) = Wire(skip=()).decode(data)
+    assert (said.get_type(), said.severity, said.text) == ("STATUSTEXT", 4, told)
+    assert companion.ended == [told] * ended
+    harness.close()
+    vehicle.close()
+
+
+def test_logs_end_when_the_disk_is_full_and_the_flight_goes_on(tmp_path: Path) -> None:
+    for name in ("autopilot.tlog", "detections.jsonl"):
+        (tmp_path / name).symlink_to("/dev/full")
+    vehicle = UdpPort(("127.0.0.1", 0), None, wait_s=LIMIT_S)
+    link = Link(UdpPort(None, vehicle.address), TlogWriter(tmp_path / "autopilot.tlog"))
+    companion = Reporter()
+    inference = Inference(companion.detect, most_waiting=None)
+    log = DetectionLog(tmp_path / "detections.jsonl")
+    harness = Harness(companion, {AUTOPILOT_LINK: link}, inference, detections=log)
+    message = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3)
+    texts = list[str]()
+    for index in range(1000):
+        texts += [one.text for one in harness.step(index, [(AUTOPILOT_LINK, message)], [frame(0)] if index < 2 else [])]
+    assert texts == [
+        "detections.jsonl ends: No space left on device",
+        "autopilot link: autopilot.tlog ends: No space left on device",
+    ]
+    assert link.sent > 1000 and companion.log.count("time") == 1000
+    harness.close()
+    vehicle.close()
 
 
 class Resting(Reporter):

@@ -19,7 +19,7 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.missions.companion.camera import CameraError, open_camera
 from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, Status
 from sitl_emu.missions.companion.detector import Detection
-from sitl_emu.missions.companion.links import LinkError, open_port
+from sitl_emu.missions.companion.links import LinkError, open_port, wait
 from sitl_emu.missions.companion.live_frames import BootClock, LiveFrames
 from sitl_emu.missions.companion.main import Runner, main
 from sitl_emu.missions.companion.onboard import Onboard
@@ -221,6 +221,40 @@ def test_what_may_pass_loses_a_frame(number: int) -> None:
     port.send(b"lost")
     port._socket = Sends(TimeoutError("timed out"))  # type: ignore[attr-defined]
     port.send(b"lost")
+
+
+def test_a_serial_device_that_is_unplugged_is_told_once_and_is_not_waited_for(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    far, near = os.openpty()
+    port = open_port(os.ttyname(near))
+    os.close(near)
+    runner = Runner(Watcher(), {AUTOPILOT_LINK: port}, None, None, 0)
+    beat = Wire(3, 1).encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3))
+    os.write(far, beat)
+    runner.step()
+    assert runner.harness.companion.system_id == 3
+    os.close(far)
+    for _ in range(3):
+        runner.step()
+    assert wait(runner.harness.links, 0.0) == [AUTOPILOT_LINK], "it may come back"
+    runner.close()
+    told = capsys.readouterr().out
+    assert told.count("can't be read") == 1 and f"text: autopilot link: {port._device}: can't be read" in told  # type: ignore[attr-defined]
+
+
+def test_a_full_disk_ends_the_events_of_a_companion_and_not_its_flight(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "events.jsonl").symlink_to("/dev/full")
+    watcher = Watcher()
+    runner = Runner(watcher, {AUTOPILOT_LINK: open_port("udpin:127.0.0.1:0")}, None, tmp_path, 0)
+    for text in ("one", "two"):
+        watcher.onboard.note("text", text)
+        runner.step()
+    runner.close()
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("text: ")]
+    assert told == ["text: one", "text: events.jsonl ends: No space left on device", "text: two"]
 
 
 def test_what_could_be_sent_once_ends_no_flight_later() -> None:

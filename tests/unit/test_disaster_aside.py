@@ -94,6 +94,15 @@ def test_a_parcel_counts_as_gone_unless_the_gripper_says_that_it_does_not_open(a
     assert sky.flown().outcomes[1] == ("gripper: no answer to 10 tries" if ack is None else "gripper: failed")
 
 
+def test_who_can_not_see_any_more_goes_home() -> None:
+    sky = Sky(1, AREA_M, [], 0.0, 1)
+    assert sky.fly(300.0, then=lambda sky: sky.tells(1, "line_scanned"))
+    sky.companions[1].fail("detector: no such layer")
+    assert sky.fly(300.0)
+    assert sky.flown().outcomes == {1: "detector: no such layer"}
+    assert not sky.quads[1].armed and len(sky.flown().lines[1]) == 1
+
+
 def test_where_nothing_has_a_place_the_parcel_stays_on_board_for_that_reason() -> None:
     sky = Sky(1, AREA_M, [box(-40.0, -40.0, 80.0, 100.0)], 0.0, 1)
     assert sky.fly(300.0)
