@@ -19,6 +19,8 @@ HISTORY = 256
 EXTRAPOLATE_US = 100_000
 GIMBAL_EXTRAPOLATE_US = 200_000
 """A gimbal tells ten times a second where it looks, and holds still for the most part."""
+REBOOT_US = 1_000_000
+"""A boot time that falls by more is another boot's, and no message that was overtaken; ours."""
 GIMBAL_DEVICE_ATTITUDE_STATUS = 285
 YAW_LOCK, YAW_IN_VEHICLE, YAW_IN_EARTH_FRAME = 16, 32, 64
 """GIMBAL_DEVICE_FLAGS."""
@@ -163,7 +165,8 @@ class Telemetry:
         self.ranges: deque[Range] = deque(maxlen=HISTORY)
         """Distances measured, in the order they came; what was out of the sensor's range is left out."""
         self.range_heard_us: int | None = None
-        """When a range finder spoke last, by the vehicle's boot time, in its range or not; None: none has."""
+        """When a range finder that looks down spoke last, by the vehicle's boot time, in its range or not; None: none
+        has."""
         self.boot_time_us = 0
         self._unix_ahead_us: int | None = None
         self._places: deque[Place] = deque(maxlen=HISTORY)
@@ -217,7 +220,7 @@ class Telemetry:
                 return
             self.system = msg.get_srcSystem()
         if kind in ("ATTITUDE_QUATERNION", "GLOBAL_POSITION_INT"):
-            self.boot_time_us = max(self.boot_time_us, msg.time_boot_ms * 1000)
+            self._note_boot_time(msg.time_boot_ms * 1000)
         if kind == "ATTITUDE_QUATERNION":
             self._attitudes.append(Attitude(msg.time_boot_ms * 1000, (msg.q1, msg.q2, msg.q3, msg.q4)))
         elif kind == "GLOBAL_POSITION_INT":
@@ -251,7 +254,8 @@ class Telemetry:
         elif kind == "MISSION_ITEM_REACHED":
             self.mission_reached = msg.seq
         elif kind == "DISTANCE_SENSOR":
-            self.range_heard_us = msg.time_boot_ms * 1000
+            if msg.orientation == LOOKS_DOWN:
+                self.range_heard_us = msg.time_boot_ms * 1000
             if msg.min_distance <= msg.current_distance <= msg.max_distance:
                 self.ranges.append(Range(msg.time_boot_ms * 1000, msg.current_distance / 100.0, msg.orientation))
         elif kind == "GPS_RAW_INT":
@@ -265,6 +269,14 @@ class Telemetry:
         elif kind == "SYSTEM_TIME" and msg.time_unix_usec:
             self._unix_ahead_us = msg.time_unix_usec - now_us
         self.watch.heard(now_us)
+
+    def _note_boot_time(self, time_us: int) -> None:
+        """The newest; what was known by the time of another boot is known no more, nor is home."""
+        if time_us < self.boot_time_us - REBOOT_US:
+            self.boot_time_us, self.range_heard_us, self.home = 0, None, None
+            for history in (self.ranges, self._places, self._attitudes, self._gimbals):
+                history.clear()
+        self.boot_time_us = max(self.boot_time_us, time_us)
 
     def unix_us(self, now_us: int) -> int:
         """Microseconds since 1970 by the autopilot's clock, at the runner's time; 0 as long as it does not know."""

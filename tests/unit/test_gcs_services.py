@@ -359,6 +359,36 @@ def test_telemetry_knows_battery_mission_and_lidar() -> None:
     assert telemetry.range_at(1_200_001, within_us=100_000) is None
 
 
+def test_only_a_range_finder_that_looks_down_is_heard_as_one() -> None:
+    telemetry = Telemetry(1)
+    for boot_ms, orientation in ((1000, 25), (3000, 0), (3100, 24)):
+        said = mavlink.MAVLink_distance_sensor_message(boot_ms, 20, 1200, 354, 0, 0, orientation, 0)
+        telemetry.on_message(0, on_the_wire(said, 1, 1))
+    assert telemetry.range_heard_us == 1_000_000
+
+
+def test_what_was_known_by_the_time_of_another_boot_is_known_no_more() -> None:
+    telemetry = Telemetry(1)
+
+    def tell(boot_ms: int) -> None:
+        for msg in (
+            mavlink.MAVLink_attitude_quaternion_message(boot_ms, 1, 0, 0, 0, 0, 0, 0),
+            mavlink.MAVLink_global_position_int_message(boot_ms, 474_000_000, 85_000_000, 489_000, 0, 0, 0, 0, 0),
+            mavlink.MAVLink_distance_sensor_message(boot_ms, 20, 1200, 354, 0, 0, 25, 0),
+        ):
+            telemetry.on_message(0, on_the_wire(msg, 1, 1))
+
+    home = mavlink.MAVLink_home_position_message(474_000_000, 85_000_000, 489_000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0)
+    telemetry.on_message(0, on_the_wire(home, 1, 1))
+    tell(600_000)
+    tell(599_100)  # overtaken on its way
+    assert telemetry.boot_time_us == 600_000_000 and telemetry.home is not None
+    tell(5_000)
+    assert (telemetry.boot_time_us, telemetry.range_heard_us, telemetry.home) == (5_000_000, 5_000_000, None)
+    assert [one.time_us for one in telemetry.ranges] == [5_000_000]
+    assert telemetry.pose_at(5_000_000) is not None and telemetry.pose_at(600_000_000) is None
+
+
 def test_telemetry_knows_how_good_the_receiver_says_it_is() -> None:
     telemetry = Telemetry(1)
     said = mavlink.MAVLink_gps_raw_int_message(0, 3, 0, 0, 0, 70, 110, 0, 0, 16, 0, 2100, 3500, 400, 0, 0)
