@@ -75,6 +75,24 @@ def test_another_campaigns_folder_a_strangers_and_one_in_use_are_refused(tmp_pat
         store.opened(tmp_path / "mine", identity, arms).__enter__()
 
 
+def test_a_worker_that_can_not_make_the_campaigns_folder_flies_for_the_result_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown = list[Job]()
+
+    def fly(job: Job, stopping: flight.Stopping) -> Result:
+        assert Path(job.folder).parent.is_dir()
+        flown.append(job)
+        return result(job.arm, job.seed)
+
+    monkeypatch.setattr(flight, "fly", fly)
+    there, nowhere = (Job("calm", 3, SCENARIO, f"{folder}/arms/seed-3") for folder in (tmp_path, "/dev/null"))
+    for job in (there, nowhere):
+        assert pools.fly_where_it_can(job, lambda: False) == result("calm", 3)
+    assert flown[0] == there
+    assert flown[1].keep == "none" and not Path(flown[1].folder).parent.exists()
+
+
 def test_a_result_that_can_not_be_written_is_told_and_leaves_no_half(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     store.write_whole(path, "whole")

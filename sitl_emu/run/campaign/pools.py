@@ -2,15 +2,17 @@
 
 On a cluster a run is a task: where a worker dies, Dask gives its tasks to another, and the run that it flew ends with
 it (`flight.py`). A result is what the task returns, so that workers need no folder in common with the campaign's; where
-they have one, run folders are there too.
+they have one, run folders are there too, and where the campaign's can't be made, none is kept.
 """
 
 import contextlib
 import os
+import tempfile
 import threading
 import uuid
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from sitl_emu import __version__
@@ -100,7 +102,17 @@ def _fly_on_worker(job: Job, over: str) -> Result:
     """A task."""
     import distributed
 
-    return flight.fly(job, distributed.Event(over).is_set)
+    return fly_where_it_can(job, distributed.Event(over).is_set)
+
+
+def fly_where_it_can(job: Job, stopping: flight.Stopping) -> Result:
+    """Fly a job in its folder, or in a temporary one where this machine can't make that: then for its result alone."""
+    try:
+        Path(job.folder).parent.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        with tempfile.TemporaryDirectory(prefix="sitl-emu-") as folder:
+            return flight.fly(job._replace(folder=str(Path(folder) / "run"), keep="none"), stopping)
+    return flight.fly(job, stopping)
 
 
 def _expect_versions(client: Any, address: str) -> None:
