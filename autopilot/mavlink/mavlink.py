@@ -151,14 +151,14 @@ class Mavlink:
         return (
             sender,
             command.Command(
-                self.links,
+                lambda: self._all_links,
                 (message_request.MessageRequest(self.stream), self._intervals, streaming),
                 modules.handle_command,
                 topics,
                 system_id,
                 self.context.traits,
             ),
-            set_mode.SetMode(self.links, modules.handle_command, topics, system_id),
+            set_mode.SetMode(lambda: self._all_links, modules.handle_command, topics, system_id),
             parameter.Parameter(self.links, topics, parameters, texts.of("mavlink"), system_id),
             mission.Mission(
                 self.links,

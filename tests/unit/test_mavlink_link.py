@@ -26,6 +26,39 @@ def test_two_messages_in_a_datagram_and_one_in_two() -> None:
     assert acks(peer.send_bytes(data[7:])) == 1
 
 
+class Plugged:
+    """A device that says what it is given, and keeps what it hears."""
+
+    def __init__(self) -> None:
+        self.outbox, self.due_us, self.heard = list[bytes](), 1 << 60, list[Any]()
+        self._parser = mavlink.MAVLink(None)
+
+    def on_datagram(self, now_us: int, data: bytes) -> None:
+        self.heard += self._parser.parse_buffer(data) or []
+
+    def on_time(self, now_us: int) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("asked", "answer"),
+    [
+        (command_long(401), "COMMAND_ACK"),
+        (mavlink.MAVLink_set_mode_message(1, 1, 4 << 16), "COMMAND_ACK"),
+        (mavlink.MAVLink_mission_request_list_message(1, 1, 0), "MISSION_COUNT"),
+    ],
+    ids=lambda each: each if isinstance(each, str) else str(each.get_type()),
+)
+def test_a_device_that_is_plugged_in_is_answered_as_who_speaks_on_a_link(asked: Any, answer: str) -> None:
+    """mavlink_main.cpp: each instance has its mission manager, and sends the acks of whom it has heard."""
+    peer, device = Peer(), Plugged()
+    peer.mavlink.plug_in("camera", "wire", device)
+    device.outbox.append(bytes(asked.pack(mavlink.MAVLink(None, srcSystem=1, srcComponent=100))))
+    peer.run(0.1)
+    (said,) = only(device.heard, answer)
+    assert (said.target_system, said.target_component) == (1, 100)
+
+
 def test_mavlink_1_is_understood_and_answered_in_2() -> None:
     peer = Peer()
     message = command_long(401)

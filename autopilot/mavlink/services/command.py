@@ -61,7 +61,7 @@ class Command:
 
     def __init__(
         self,
-        links: tuple[Link, ...],
+        links: Callable[[], tuple[Link, ...]],
         of_link: tuple[LinkCommands, ...],
         handle: Callable[[int, VehicleCommand], CommandResult | None],
         topics: Topics,
@@ -112,7 +112,7 @@ class Command:
 
     def _answer(self, now_us: int, command: VehicleCommand, result: CommandResult) -> None:
         tell(self._topics, now_us, command, result)
-        send_ack(self._links, command, result)
+        send_ack(self._links(), command, result)
 
 
 def has_mistaken_place(message: Any) -> bool:

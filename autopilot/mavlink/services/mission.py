@@ -405,7 +405,9 @@ class Mission:
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Only what is for us; broadcasts are not."""
-        manager, message_id = self._managers[link], message.get_msgId()
+        manager, message_id = self._managers.get(link), message.get_msgId()
+        if manager is None:  # a device that was plugged in after the start
+            manager = self._managers[link] = Manager(link, self._uploads)
         speaks_int = SPEAKS_INT.get(message_id)
         if speaks_int is not None:
             manager.choose_messages(speaks_int)

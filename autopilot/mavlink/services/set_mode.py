@@ -18,7 +18,7 @@ class SetMode:
 
     def __init__(
         self,
-        links: tuple[Link, ...],
+        links: Callable[[], tuple[Link, ...]],
         handle: Callable[[int, VehicleCommand], CommandResult | None],
         topics: Topics,
         system_id: int,
@@ -47,7 +47,7 @@ class SetMode:
         result = self._handle(now_us, command)
         if result is not None:
             tell(self._topics, now_us, command, result)
-            send_ack(self._links, command, result)
+            send_ack(self._links(), command, result)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
