@@ -25,7 +25,7 @@ SLIVER_M2 = 1e-3
 """Ours: what is smaller is no place that was missed."""
 ROUNDING_M = 1e-6
 TRIED_HEADINGS = 8
-"""Of the sides of an area's hull. Lines along all of a hundred took 12 s instead of 2, for a way up to 3 % shorter."""
+"""Of the sides of an area's hull. Lines along all of a hundred took 12 s instead of 2 (e4a4d9b4)."""
 TRIED_LINES = 5
 """Across what is left over, to find the short line that sees most of it."""
 

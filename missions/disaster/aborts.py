@@ -9,6 +9,7 @@ import math
 from enum import StrEnum
 
 DELIVERED_WITHIN_M = 5.0
+"""Of the area: the paper's radius."""
 MOST_SIGMA_M = DELIVERED_WITHIN_M / math.sqrt(math.log(20.0))
 """2.9 m: with it 19 of 20 places lie within 5 m (Rayleigh's distribution, P(r > 5 m) = exp(-5² / sigma²) = 1/20)."""
 MOST_EPH_M = 5.0

@@ -33,11 +33,10 @@ import numpy as np
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.geolocation import RAY_SIGMA_RAD, Covariance
 from sitl_emu.missions.companion.terrain.survey import LEAST_DEG
+from sitl_emu.missions.disaster.aborts import DELIVERED_WITHIN_M
 from sitl_emu.missions.disaster.detectors import SPREADING
 from sitl_emu.missions.disaster.regions import GAP_M, RESOLUTION_M, Cells, Grid, Region, RegionMap
 
-DELIVERED_WITHIN_M = 5.0
-"""Of the area: the paper's radius."""
 KEEP_OFF_M, BEST_M, WITHIN_M = 2.0, 2.75, 4.0
 """From the area's edge. A parcel from 10 m comes to rest within 1.4 m of its place, nine times of ten
 (vehicles/README.md); the edge itself is known to a metre, and both err to either side: best is about the middle of 0

@@ -41,6 +41,7 @@ import shapely
 from shapely import Geometry, Point, Polygon
 
 from sitl_emu.missions.disaster import company
+from sitl_emu.missions.disaster.aborts import DELIVERED_WITHIN_M
 from sitl_emu.missions.disaster.heights import scan_height
 from sitl_emu.missions.disaster.outlines import rings_of
 from sitl_emu.missions.disaster.regions import LEAST_M2
@@ -48,8 +49,6 @@ from sitl_emu.missions.disaster.terrain import mapped_terrain
 from sitl_emu.missions.disaster.truth import WATER, TrueTarget, joined, solids, targets
 from sitl_emu.missions.scoring import EventLine, MissionScore, RunRecord
 
-DELIVERED_WITHIN_M = 5.0
-"""The paper's."""
 MATCH_M = 5.0
 """An edge that was located farther from any true one is none of it."""
 SLACK_M = 2.0
