@@ -108,11 +108,7 @@ class Runner:
     def _tell(self, now_us: int, events: list[Event]) -> None:
         for event in events:
             tell(f"{event.kind}: {event.text}")
-            if self._events is not None:
-                line = json.dumps({"time_s": time.time(), **event.line}) + "\n"
-                self._events.write(lambda file, line=line: file.write(line))
-        if self._events is not None and self._events.error:
-            self.harness.say(now_us, self._events.error)
+            self._write_down(now_us, event)
         if self._frames is not None and self._frames.error is not None:
             sys.stderr.write(f"camera: {self._frames.error}\n")
             self._frames.error = None
@@ -121,6 +117,13 @@ class Runner:
         if told != self._told and now_us - self._told_us > STATUS_EVERY_US:
             self._told, self._told_us = told, now_us
             tell(told)
+
+    def _write_down(self, now_us: int, event: Event) -> None:
+        if self._events is not None:
+            line = json.dumps({"time_s": time.time(), **event.line}) + "\n"
+            self._events.write(lambda file: file.write(line))
+            if self._events.error:
+                self.harness.say(now_us, self._events.error)
 
 
 def _album(log_dir: Path | None) -> Album | None:
