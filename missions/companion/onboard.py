@@ -38,8 +38,12 @@ def advanced(script: Script | None) -> Script | None:
 class Onboard:
     """Hears, answers for itself, runs the services that a mission starts; knows the time, and the mission's phase."""
 
-    def __init__(self, peer_lost_after_us: int = LOST_AFTER_US, role: int = 0) -> None:
-        """`role`: what the peers are told that this companion is there for, a number that its mission knows."""
+    def __init__(self, peer_lost_after_us: int = LOST_AFTER_US, role: int = 0, *, is_open: bool = True) -> None:
+        """`role`: what the peers are told that this companion is there for, a number that its mission knows.
+
+        `is_open`: whether peers are told that, and where the vehicle is (`peer_link.py`), which anybody may hear. A
+        mission that seals what it says to them (`swarm/`) wants neither.
+        """
         self.now_us = 0
         """The runner's time, of the call that the mission is in. A mission sets it itself in `on_detections`."""
         self.phase, self.text = "connecting", "waiting for the autopilot"
@@ -55,10 +59,10 @@ class Onboard:
         """The newest depth image, of a vehicle that has such a feed."""
         self.cloud: Cloud | None = None
         """The newest scan of a scanning lidar."""
-        self._heartbeats = {
-            AUTOPILOT_LINK: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER),
-            PEER_LINK: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER, role),
-        }
+        self._is_open = is_open
+        self._heartbeats = {AUTOPILOT_LINK: Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER)}
+        if is_open:
+            self._heartbeats[PEER_LINK] = Heartbeat(MAV_TYPE_ONBOARD_CONTROLLER, role)
         self._services: list[tuple[str, Service]] = []
         self._outbox: Outgoing = []
         self._events: list[Event] = []
@@ -161,7 +165,7 @@ class Onboard:
             self.telemetry.on_message(now_us, msg)
         if system == 0 or not is_for_companion(msg, system):
             return False, out
-        if link == AUTOPILOT_LINK and msg.get_srcSystem() == system and msg.get_srcComponent() == 1:
+        if self._is_open and link == AUTOPILOT_LINK and msg.get_srcSystem() == system and msg.get_srcComponent() == 1:
             out += self.peer.share(now_us, msg)
         for service_link, service in self._services:
             if service_link == link:

@@ -5,6 +5,8 @@ mission knows) and, for its autopilot, HEARTBEAT and GLOBAL_POSITION_INT once a 
 there, what for, and where. A peer that was silent for
 `lost_after_us` (20 s) is taken for lost: with 30 % loss each way and two messages a second, chance makes that silence
 once in 10^20. Whatever else peers say is addressed to the other's companion, component 191 (`router.py`).
+
+All that is in the clear. A mission that seals what it says (`swarm/`) sends none of it (`Onboard`, `is_open`).
 """
 
 from typing import NamedTuple

@@ -46,7 +46,7 @@ class Responder:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self._onboard = Onboard()
+        self._onboard = Onboard(is_open=False)
         self.flight = Flight(self._onboard, settings)
         self.flight.seen = self._seen
         self._script: Script | None = self.flight.script()

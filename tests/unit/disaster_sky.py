@@ -177,6 +177,8 @@ class Sky:
         )  # fmt: skip
         self.companions = {system: Responder(settings) for system in self.systems}
         self.dead, self.mute = set[int](), set[int]()
+        self.said = set[str]()
+        """The kinds of messages on the peer link."""
         self.now_us, self._air, self._loss = 0, Air[Any](loss, seed), loss
         self.ground_m: Callable[[float, float], float] = lambda north_m, east_m: 0.0
         """How high the ground is over that at the origin, about a place; no vehicle meets it."""
@@ -244,6 +246,7 @@ class Sky:
             assert companion.looks, "else nobody would have drawn it"
             companion.on_detections(now_us, now_us // 1000 * 1000, self._seen(quad))
         out += companion.on_time(now_us)
+        self.said |= {msg.get_type() for link, msg in out if link == PEER_LINK}
         for link, msg in out:
             if link == PEER_LINK and system not in self.mute:
                 others = [other for other in self.systems if other != system]

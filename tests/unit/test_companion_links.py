@@ -183,3 +183,17 @@ def test_a_pilot_who_ends_a_failsafe_is_told_apart_from_it() -> None:
     assert watch.on_mode(SETTLE_US + 3, "return", failsafe=True)
     assert watch.on_mode(SETTLE_US + 4, "mission", failsafe=False)
     assert watch.yielded_to is None
+
+
+def test_a_mission_that_seals_what_it_says_tells_peers_nothing_in_the_clear() -> None:
+    onboard, said = Onboard(is_open=False), list[str]()
+    heartbeat = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 4, 3)
+    place = mavlink.MAVLink_global_position_int_message(1000, 474000000, 85000000, 0, 0, 0, 0, 0, 0)
+    for now_us in (0, 2_000_000):
+        out = [
+            each
+            for msg in (heartbeat, place)
+            for each in onboard.on_message(now_us, AUTOPILOT_LINK, on_the_wire(msg, ME, 1))[1]
+        ]
+        said += [link for link, _ in (*out, *onboard.on_time(now_us))]
+    assert set(said) == {AUTOPILOT_LINK}

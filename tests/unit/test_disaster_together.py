@@ -122,4 +122,10 @@ def test_alone_nothing_is_said_to_peers() -> None:
     sky = Sky(1, AREA, [APART], 0.0, seed=8)
     settings: Settings = sky.companions[1].settings
     assert sky.fly(LIMIT_S) and settings.team is None and sky.companions[1].flight.together is None
-    assert served(sky.flown(), APART) == [1]
+    assert served(sky.flown(), APART) == [1] and not sky.said
+
+
+def test_all_that_is_said_to_peers_is_sealed() -> None:
+    sky = Sky(2, AREA, [], 0.0, seed=8)
+    assert sky.fly(LIMIT_S, then=lambda it: it.tells(2, "phase", phase="scanning"))
+    assert sky.said == {"TUNNEL"}
