@@ -117,6 +117,8 @@ class Flight:
         self._return_m = self.settings.scan_altitude_m
         for name in ("MIS_TAKEOFF_ALT", "RTL_RETURN_ALT"):
             yield from steps.parameter(onboard, name, self.settings.scan_altitude_m)
+        if self.together is not None:
+            yield from self.together.gather()
         onboard.enter("taking off", f"to {self.settings.scan_altitude_m:g} m")
         if self.together is not None:
             yield from self.together.column()

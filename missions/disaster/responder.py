@@ -16,7 +16,8 @@ area's edge),
 `parcel_half_height_m`, `ready_timeout_s`, `calibration`, `confirmations`, `confirm_score`, and of
 `companion/perception.py` detector, selection, look_rate_hz. For several aircraft (`together.py`), which have all other
 options alike: `members` (their MAVLink systems), `datum_amsl_m`, `swarm_key`; a simulated run adds the first two and a
-key of its seed, where several vehicles have this mission with the same options.
+key of its seed, where several vehicles have this mission with the same options; and `gather_timeout_s`, for which each
+waits on the ground for those that it has not heard yet.
 """
 
 import math

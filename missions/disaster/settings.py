@@ -23,6 +23,8 @@ LOCATIONS, ALTITUDES = ("rays", "equations"), ("fixed", "terrain")
 
 MOST_MEMBERS = 16
 """As many bits has `records.State`."""
+GATHER_TIMEOUT_S = 120.0
+"""As long as an autopilot may take to be ready; ours."""
 
 
 class Team(NamedTuple):
@@ -33,6 +35,8 @@ class Team(NamedTuple):
     """MAVLink systems of all."""
     datum_amsl_m: float
     """From which the scan altitude counts, the same for all."""
+    gather_timeout_s: float = GATHER_TIMEOUT_S
+    """So long each waits on the ground for those that it has not heard yet."""
 
 
 class Settings(NamedTuple):
@@ -116,6 +120,7 @@ def settings_of(given: Options) -> Settings:
 def _team(given: Options) -> Team | None:
     """Who flies together; None where it is one alone. Raises ValueError."""
     text = given.text("members", "alone")
+    gather_timeout_s = given.number("gather_timeout_s", GATHER_TIMEOUT_S, 0.0, 3600.0)
     if text == "alone":
         return None
     allowed = f"the MAVLink systems of all, 2 to {MOST_MEMBERS}, such as '1 2 3'"
@@ -126,7 +131,7 @@ def _team(given: Options) -> Team | None:
     if not 2 <= len(members) <= MOST_MEMBERS or not all(0 < one < 251 for one in members):
         raise ValueError(f"option members: {text!r}; allowed: {allowed}")
     datum_amsl_m = given.number("datum_amsl_m", math.nan, -500.0, 9000.0)
-    return Team(key_of(given), members, datum_amsl_m)
+    return Team(key_of(given), members, datum_amsl_m, gather_timeout_s)
 
 
 def _word(given: Options, name: str, allowed: tuple[str, ...]) -> str:

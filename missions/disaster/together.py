@@ -1,5 +1,8 @@
 """Several aircraft in one disaster: the use of `companion/swarm` by one of them. Nobody leads.
 
+**Before take-off** it waits until all others were heard, who may be switched on later, and on the ground as long as it
+hears less than half of them: in the air it would come home at once.
+
 **Lines**: all lay the same lines over the area, from its first corner on, and divide them (`division.py`). Who has
 flown its own waits over the last of them until all are flown: the lines of who falls silent are its then.
 
@@ -19,10 +22,11 @@ of another's region is looked at from above before anything is done there, as an
 """
 
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Collection, Generator, Mapping
 from typing import TYPE_CHECKING
 
 from sitl_emu.gcs.geodesy import to_metres
+from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.companion import PEER_LINK, Outgoing
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower, ordered, swept
@@ -78,6 +82,7 @@ class Together:
         lines = lawnmower(area, seen, settings.overlap, margin_m=settings.margin_m, start_m=start_m)
         self.lines = [Line(self._from_common(line.start_m), self._from_common(line.end_m)) for line in lines]
         system, members = self._onboard.system_id, team.members
+        self._gathers_until_us = self._onboard.now_us + round(team.gather_timeout_s * 1e6)
         self.altitude_m = layer_m(settings.scan_altitude_m, members, system) + team.datum_amsl_m - flight.home[2]
         """Of our layer, above home."""
         self.swarm = Swarm(
@@ -197,10 +202,27 @@ class Together:
         unsettled = any(stage in (Stage.BID, Stage.ENGAGED) for _, stage in stages) or any(theirs)
         return self._carries and (unsettled or bool(self._costs))
 
+    # Before take-off
+
+    def gather(self) -> Script:
+        """On the ground, until all others were heard; after `gather_timeout_s` without those who were not.
+
+        Who hears less than half of the others stays.
+        """
+        onboard, sharing, told = self._onboard, self.swarm.sharing, ""
+        while sharing.alone or (sharing.missing and onboard.now_us < self._gathers_until_us):
+            waits_for = _systems(sharing.missing) if sharing.missing else "half of the others"
+            if waits_for != told:
+                told = waits_for
+                onboard.enter("waiting for peers", f"not heard: {waits_for}")
+            yield
+        if sharing.missing:
+            onboard.say(f"Goes on without {_systems(sharing.missing)}, not heard yet", WARNING)
+
     # Others' air
 
     def column(self, stand_m: Corner | None = None) -> Script:
-        """Until the column of air here is ours. `stand_m`: over which place, in the air. Raises Aborted."""
+        """Until the column of air here is ours. `stand_m`: over which place; None: on the ground. Raises Aborted."""
         flight, airspace = self._flight, self.swarm.airspace
         while True:
             stands = stand_m is None or math.dist(flight.here_m, stand_m) <= STANDING_M
@@ -208,7 +230,11 @@ class Together:
                 return
             if stand_m is not None:
                 flight.check()
-            if stand_m is not None and (not stands or self._rule((0.0, 0.0)).aside is not None):
+            if stand_m is None and self.swarm.sharing.alone:
+                airspace.free()
+                yield from self.gather()
+                self._onboard.enter("taking off", "the others are heard again")
+            elif stand_m is not None and (not stands or self._rule((0.0, 0.0)).aside is not None):
                 airspace.free()
                 yield from self.until_clear(stand_m)
                 yield from self._travel.to(stand_m, self.altitude_m, STANDING_M / 2.0)
@@ -403,3 +429,7 @@ class Together:
     def _from_common(self, place_m: Corner) -> Corner:
         """From metres of the swarm's origin to metres of our home."""
         return place_m[0] - self._offset_m[0], place_m[1] - self._offset_m[1]
+
+
+def _systems(systems: Collection[int]) -> str:
+    return f"system{'s' if len(systems) > 1 else ''} {', '.join(map(str, sorted(systems)))}"

@@ -157,7 +157,13 @@ class Sky:
     """So many aircraft over an area with ponds."""
 
     def __init__(
-        self, count: int, area_m: Sequence[tuple[float, float]], ponds: Sequence[Polygon], loss: float, seed: int
+        self,
+        count: int,
+        area_m: Sequence[tuple[float, float]],
+        ponds: Sequence[Polygon],
+        loss: float,
+        seed: int,
+        gather_timeout_s: float = 120.0,
     ) -> None:
         self.ponds = shapely.union_all(list(ponds))
         shapely.prepare(self.ponds)
@@ -169,7 +175,7 @@ class Sky:
             for system, error in zip(self.systems, errors, strict=True)
         }
         key = key_of(Options({"swarm_seed": seed}))
-        team = Team(key, self.systems, AMSL_M) if count > 1 else None
+        team = Team(key, self.systems, AMSL_M, gather_timeout_s) if count > 1 else None
         corners = tuple(from_metres(*corner, *ORIGIN) for corner in area_m)
         settings = Settings(
             corners, (), Perception(Eye(), CONFIRMING), CAMERA, NADIR, Parcel(2.0, 0.045, 0.06), scan_altitude_m=15.0,

@@ -118,6 +118,34 @@ def test_who_is_brought_home_by_a_failsafe_is_kept_clear_of_and_its_lines_are_fl
     assert flown.lines[3] == [] and flown.outcomes[1] == flown.outcomes[2] == "success"
 
 
+def test_who_is_ready_first_waits_on_the_ground_for_those_who_are_switched_on_later() -> None:
+    sky = Sky(3, AREA, [], 0.1, seed=4)
+    sky.quads[2].ready_us = sky.quads[3].ready_us = 40_000_000
+    assert not sky.fly(39.0, then=lambda it: it.quads[1].armed)
+    assert sky.tells(1, "phase", phase="waiting for peers") and not sky.companions[1].status.done
+    assert sky.fly(LIMIT_S, then=lambda it: all(it.tells(system, "line_scanned") for system in it.systems))
+    assert not sky.tells(0, "scan_aborted") and not sky.tells(0, "delivery_aborted")
+
+
+def test_who_is_never_heard_is_waited_for_no_longer_than_was_said() -> None:
+    sky = Sky(3, AREA, [], 0.1, seed=4, gather_timeout_s=20.0)
+    sky.dead.add(3)
+    assert sky.fly(LIMIT_S, then=lambda it: it.quads[1].armed and it.quads[2].armed)
+    assert 20.0 < sky.now_us / 1e6 < 35.0
+    said = [(by, event.text) for _, by, event in sky.events if "Goes on" in event.text]
+    assert said == [(system, "Goes on without system 3, not heard yet") for system in (1, 2)]
+
+
+def test_who_hears_too_few_stays_on_the_ground() -> None:
+    sky = Sky(3, AREA, [], 0.0, seed=4, gather_timeout_s=15.0)
+    sky.dead |= {2, 3}
+    assert not sky.fly(30.0, then=lambda it: it.quads[1].armed)
+    sky = Sky(3, AREA, [], 0.0, seed=4)
+    assert sky.fly(30.0, then=lambda it: it.tells(1, "phase", phase="taking off"))
+    sky.dead |= {2, 3}
+    assert not sky.fly(30.0, then=lambda it: it.quads[1].armed) and not sky.companions[1].status.done
+
+
 def test_alone_nothing_is_said_to_peers() -> None:
     sky = Sky(1, AREA, [APART], 0.0, seed=8)
     settings: Settings = sky.companions[1].settings

@@ -278,3 +278,19 @@ def test_an_older_state_that_comes_late_counts_no_more() -> None:
     for stamp_us, doing in ((5, Doing.RETURNING), (3, Doing.SCANNING)):
         one.hear(100_000, 2, stamp_us, [State(doing, *HOME, 500.0, 0.0, 0.0, 0.0)])
     assert one.states[2].doing == Doing.RETURNING
+
+
+def test_who_is_missing_was_never_heard_by_us_nor_by_those_whom_we_hear() -> None:
+    one, state = Sharing(0, 1, [1, 2, 3, 4], LINES), State(Doing.WAITING, *HOME, 500.0, 0.0, 0.0, 0.0)
+    assert one.missing == {2, 3, 4}
+    one.hear(100_000, 2, 1, [state._replace(hears=0b0110)])
+    assert one.missing == {4}, "the second hears the third"
+
+
+def test_who_has_just_been_switched_on_says_that_it_hears_nobody() -> None:
+    one, state = Sharing(0, 1, [1, 2, 3], LINES), State(Doing.WAITING, *HOME, 500.0, 0.0, 0.0, 0.0)
+    for now_us, hears in ((0, 0b001), (300_000, 0b011)):
+        content = one.say(now_us, state)
+        assert content is not None and (records := parsed(content)) is not None
+        assert isinstance(records[0], State) and records[0].hears == hears
+        one.hear(100_000, 2, 1, [state])

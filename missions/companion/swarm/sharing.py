@@ -107,6 +107,8 @@ class Sharing:
         """What is seen from the lines that were theirs then."""
         self._group = set(self.members)
         self._heard_us = dict.fromkeys(self.members - {system}, now_us)
+        self._met = {system}
+        """Who has been heard, and we."""
         self._stamps_us = dict[int, int]()
         self._said = dict[object, tuple[Record, int]]()
         self._say_us = now_us
@@ -119,6 +121,7 @@ class Sharing:
         if sender not in self._heard_us:
             return
         self._heard_us[sender] = now_us
+        self._met.add(sender)
         for record in records:
             if isinstance(record, State):
                 if stamp_us > self._stamps_us.get(sender, -1):
@@ -156,6 +159,11 @@ class Sharing:
         self._claims.expire(now_us)
 
     # What is to be done
+
+    @property
+    def missing(self) -> set[int]:
+        """The members that were never heard yet, neither by us nor by those whom we hear."""
+        return set(self.members) - self._met - self._said_to_hear(self._met)
 
     def there(self, now_us: int) -> set[int]:
         """The members that are not lost, ourselves among them."""
@@ -272,7 +280,7 @@ class Sharing:
             unsettled = isinstance(record, Claim) and record.stage in UNSETTLED
             return said_us - SOONER_US * unsettled if record == said else -SOONER_US, not unsettled
 
-        hears = self._heard(now_us, LOST_AFTER_US)
+        hears = self._heard(now_us, LOST_AFTER_US) & self._met
         own = own._replace(hears=sum(1 << place for place, one in enumerate(sorted(self.members)) if one in hears))
         content, taken = filled([own, *(known[name] for name in sorted(known, key=turn))])
         told = set(taken)
@@ -286,8 +294,12 @@ class Sharing:
     def _reached(self, now_us: int, within_us: int) -> set[int]:
         """Those, and whom they say that they hear."""
         heard = self._heard(now_us, within_us)
+        return heard | self._said_to_hear(heard)
+
+    def _said_to_hear(self, heard: Collection[int]) -> set[int]:
+        """Whom some say that they hear."""
         said = [self.states[other].hears for other in heard if other in self.states]
-        return heard | {one for place, one in enumerate(sorted(self.members)) for bits in said if bits >> place & 1}
+        return {one for place, one in enumerate(sorted(self.members)) for bits in said if bits >> place & 1}
 
     def _known(self, now_us: int) -> dict[object, Record]:
         """All there is to tell, by what it is about.
