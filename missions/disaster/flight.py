@@ -33,7 +33,7 @@ from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower
 from sitl_emu.missions.companion.onboard import Onboard, Script
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
-from sitl_emu.missions.disaster import aborts, places, telling, tries
+from sitl_emu.missions.disaster import aborts, beginning, places, telling, tries
 from sitl_emu.missions.disaster.aborts import Aborted, Reason
 from sitl_emu.missions.disaster.descent import Descent
 from sitl_emu.missions.disaster.detectors import SCATTERED
@@ -104,12 +104,9 @@ class Flight:
 
     def script(self) -> Script:
         """From the first heartbeat until it has landed."""
-        onboard, system = self.onboard, self.onboard.system_id
-        yield from steps.heard(onboard)
+        onboard = self.onboard
+        yield from beginning.ready(onboard, self.settings)
         system = onboard.system_id
-        yield from steps.select(onboard, self.settings.perception)
-        onboard.enter("waiting for health", "autopilot gets ready")
-        yield from steps.ready(onboard, self.settings.ready_timeout_s)
         self._lay_lines()
         onboard.enter("uploading", f"fence; {len(self.lines)} lines to fly")
         telling.plan(onboard, self.settings, self.lines, self.place_deg)

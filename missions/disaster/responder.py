@@ -200,7 +200,7 @@ class Responder:
             self._fail(why)
 
     def _fail(self, why: str) -> None:
-        """The mission can't go on: says so, and brings the UAS home."""
+        """The mission can't go on: says so, and brings the UAS home, if it has begun."""
         first, self._failure = not self._failure, self._failure or why
         self._onboard.say(f"Mission: {why}", CRITICAL)
         self._onboard.note("failed", why)
@@ -209,6 +209,8 @@ class Responder:
 
     def _home(self) -> Script:
         self._onboard.enter("failed", self._failure)
+        if self.flight.regions is None:
+            return  # nothing was asked of it yet, and who has it armed may fly it
         yield from steps.return_home(self._onboard)
         self._onboard.yielding.expect(())
 

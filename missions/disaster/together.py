@@ -53,6 +53,9 @@ MOVED_M, STEADY_M_S = 1.0, 0.1
 OFF_LAYER_M = 3.0
 """As much as `airspace.LAYER_M` leaves to the heights' errors."""
 LOOK_EVERY_US = 500_000
+SESSIONS = 1 << 15
+"""Sightings count from another number after each start of a companion: what it told before is not revised by what it
+sees now. Half of the numbers of a `records.Key`, so that none comes round; ours."""
 DOING = {
     "scanning": Doing.SCANNING,
     "resuming": Doing.SCANNING,
@@ -89,9 +92,10 @@ class Together:
             self._onboard.now_us, team.key, system, members, flight.home[:2], lines,
             swaths=[cells_in(swept(line, seen)) for line in lines],
         )  # fmt: skip
+        self._first = team.key.session % SESSIONS
         self._labels = settings.perception.detector.labels
         self._seen = list[tuple[set[Cell], Sighting]]()
-        """Our own sightings by number: their cells, and as told last."""
+        """Our own sightings from number `_first` on: their cells, and as told last."""
         self._costs = dict[Key, float]()
         self._places = dict[Key, Place]()
         self._look_us = 0
@@ -377,7 +381,11 @@ class Together:
         now_us, sharing = self._onboard.now_us, self.swarm.sharing
         claims = [sharing.claim(now_us, each) for each in sharing.targets()]
         able = sharing.there(now_us) - {claim.owner for claim in claims if claim.stage == Stage.SERVED}
-        return any(one.key[0] in able for one in self._told(target))
+        return any(one.key[0] in able and not self._is_of_before(one.key) for one in self._told(target))
+
+    def _is_of_before(self, key: Key) -> bool:
+        """Whether it is ours, told before this companion was started, which knows no more of it than others do."""
+        return key[0] == self.swarm.system and not 0 <= key[1] - self._first < len(self._seen)
 
     def _tell(self, region: Region, place: Place | None) -> Key:
         """Tells of a region, where there is something new; the key of our sighting of it."""
@@ -387,7 +395,7 @@ class Together:
             n for n, (known, one) in enumerate(self._seen) if one.label == label and not cells.isdisjoint(known)
         )
         number = next(known_as, len(self._seen))
-        key = self.swarm.system, number
+        key = self._key(number)
         told = self._sighting(key, region, place)
         if number == len(self._seen):
             self._seen.append((set(), told._replace(confidence=math.nan)))
@@ -395,15 +403,20 @@ class Together:
         moved_m = math.dist(*(to_metres(one.lat_deg, one.lon_deg, *self.origin) for one in (told, last)))
         if not cells <= known or (told.confidence > 0.0) != (last.confidence > 0.0) or moved_m > 2.0 * MOVED_M:
             self._seen[number] = known | cells, told
-            self.swarm.sharing.see(number, told, known | cells)
+            self.swarm.sharing.see(key[1], told, known | cells)
         return key
 
     def _withdraw(self, places_of: Mapping[Key, Place]) -> None:
         """Tells of what we told before that it is no region any more, or none that we would try."""
         for number, (cells, last) in enumerate(self._seen):
-            if (self.swarm.system, number) not in places_of and last.confidence > 0.0:
+            key = self._key(number)
+            if key not in places_of and last.confidence > 0.0:
                 self._seen[number] = cells, last._replace(confidence=0.0)
-                self.swarm.sharing.see(number, self._seen[number][1])
+                self.swarm.sharing.see(key[1], self._seen[number][1])
+
+    def _key(self, number: int) -> Key:
+        """Of a sighting of `_seen`."""
+        return self.swarm.system, self._first + number
 
     def _sighting(self, key: Key, region: Region, place: Place | None) -> Sighting:
         """Confidence 0: no place for a parcel is known there."""

@@ -4,6 +4,7 @@ The quadrotors take off, go where they are sent and land with PX4's speeds; each
 it is. What a camera sees are the parts of a picture that show ponds, without an error. No lidar, no wind, no renderer.
 """
 
+import dataclasses
 import math
 import random
 from collections.abc import Callable, Sequence
@@ -71,6 +72,11 @@ class Quad(FakePx4):
             time = mavlink.MAVLink_system_time_message(UNIX_US + now_us, now_us // 1000)
             out += [on_the_wire(msg, self.system, 1) for msg in (fix, time)]
         return out
+
+    def land(self) -> None:
+        """It is back on its pad at once, disarmed."""
+        self.north_m = self.east_m = self.up_m = 0.0
+        self.armed, self.mode, self.goal = False, HOLD, None
 
     def _obey(self, msg: Any) -> None:
         super()._obey(msg)
@@ -201,6 +207,14 @@ class Sky:
             if all(self.companions[system].status.done for system in self.systems if system not in self.dead):
                 return True
         return False
+
+    def restart(self, system: int) -> None:
+        """Its companion is started anew, and knows nothing of what was."""
+        settings = self.companions[system].settings
+        if settings.team is not None:
+            key = dataclasses.replace(settings.team.key, session=self.now_us)
+            settings = settings._replace(team=settings.team._replace(key=key))
+        self.companions[system] = Responder(settings)
 
     def tells(self, system: int, kind: str, **data: str) -> bool:
         """Whether an aircraft has told of something (0: whichever)."""

@@ -7,11 +7,12 @@ there.
 import pytest
 from shapely import Point, Polygon, box
 
+from sitl_emu.gcs.geodesy import to_metres
 from sitl_emu.missions.companion.swarm.airspace import KEEP_M
 from sitl_emu.missions.disaster import places
 from sitl_emu.missions.disaster.settings import Settings
 from tests.unit.companion_px4 import RETURN
-from tests.unit.disaster_sky import Flown, Gripper, Sky
+from tests.unit.disaster_sky import ORIGIN, Flown, Gripper, Sky
 
 AREA = [(0.0, 0.0), (70.0, 0.0), (70.0, 90.0), (0.0, 90.0)]
 BENT, APART, FIRST = box(20, -5, 60, 5).union(box(20, -5, 28, 70)), box(50, 60, 62, 75), box(50, 5, 62, 20)
@@ -144,6 +145,36 @@ def test_who_hears_too_few_stays_on_the_ground() -> None:
     assert sky.fly(30.0, then=lambda it: it.tells(1, "phase", phase="taking off"))
     sky.dead |= {2, 3}
     assert not sky.fly(30.0, then=lambda it: it.quads[1].armed) and not sky.companions[1].status.done
+
+
+def test_a_companion_that_is_started_again_tells_of_other_sightings_than_before() -> None:
+    """Else what it sees now would be of what the others know already, as far as that reached and this does."""
+    sky = Sky(2, AREA, [APART], 0.0, seed=5)
+    flight = sky.companions[1].flight
+
+    def places() -> list[Point]:
+        assert flight.together is not None
+        sharing = flight.together.swarm.sharing
+        told = [sharing.sighting(key) for one in sharing.targets() for key in one.keys if key[0] == 2]
+        return [Point(*to_metres(one.lat_deg, one.lon_deg, *ORIGIN)) for one in told if one.confidence > 0.0]
+
+    assert sky.fly(LIMIT_S, then=lambda it: it.tells(0, "phase", phase="scanning") and bool(places()))
+    assert APART.distance(places()[0]) < 8.0
+    other = sky.ponds = box(5, 60, 17, 75)
+    sky.quads[2].land()
+    sky.restart(2)
+    assert sky.fly(150.0, then=lambda it: any(other.distance(place) < 8.0 for place in places()))
+    assert any(APART.distance(place) < 8.0 for place in places())
+
+
+def test_a_companion_that_is_started_in_the_air_begins_nothing_and_leaves_the_vehicle_alone() -> None:
+    sky = Sky(1, AREA, [], 0.0, seed=5)
+    assert sky.fly(LIMIT_S, then=lambda it: it.tells(1, "phase", phase="scanning"))
+    sky.restart(1)
+    asked = len(sky.quads[1].commands)
+    sky.fly(sky.now_us / 1e6 + 5.0)
+    assert sky.companions[1].status.outcome.startswith("the vehicle is armed, and may have let its parcel go; land")
+    assert sky.quads[1].armed and len(sky.quads[1].commands) == asked
 
 
 def test_alone_nothing_is_said_to_peers() -> None:
