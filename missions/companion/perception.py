@@ -43,6 +43,11 @@ class Perception(NamedTuple):
     selection_path: str | None = None
     """Of a selection file on the autopilot, which has yet to be fetched (`steps.select`)."""
 
+    @property
+    def known(self) -> tuple[str, ...]:
+        """All labels of its detector, also of what is not looked for now."""
+        return self.detector.known if isinstance(self.detector, Selected) else self.detector.labels
+
 
 def looking_of(given: Options, known: Mapping[str, Known]) -> Perception:
     """Detector, selection and rate from options, for a program that confirms in its own way. Raises ValueError.

@@ -79,7 +79,7 @@ class Responder:
         progress = 1.0 if self._done else 0.9 * flight.scanned / max(len(flight.lines), 1)
         counts = {"frames looked at": self._frames, "lines scanned": flight.scanned}
         if flight.together is not None:
-            counts |= flight.together.swarm.counts
+            counts |= flight.together.counts
         return Status(self._onboard.shown_phase, progress, self._done, self._outcome, self._onboard.text, counts)
 
     def events(self) -> list[Event]:

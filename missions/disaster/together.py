@@ -93,7 +93,7 @@ class Together:
             swaths=[cells_in(swept(line, seen)) for line in lines],
         )  # fmt: skip
         self._first = team.key.session % SESSIONS
-        self._labels = settings.perception.detector.labels
+        self._labels = settings.perception.known
         self._seen = list[tuple[set[Cell], Sighting]]()
         """Our own sightings from number `_first` on: their cells, and as told last."""
         self._costs = dict[Key, float]()
@@ -102,6 +102,14 @@ class Together:
         self._out = self._engaged = self._off_layer = self.homeward = False
         self._motion = Motion()
         self._onboard.say(team.key.said)
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """What was taken and refused of others' broadcasts, and what these tell of that our detector does not know."""
+        sharing = self.swarm.sharing
+        told = [sharing.sighting(key) for target in sharing.targets() for key in target.keys]
+        unknown = sum(one.label >= len(self._labels) for one in told)
+        return {**self.swarm.counts, **({"sightings of unknown labels": unknown} if unknown else {})}
 
     # Messages and time
 
@@ -373,8 +381,9 @@ class Together:
         return found
 
     def _told(self, target: Target) -> list[Sighting]:
-        """Sightings of a target with a place at which somebody would serve it."""
-        return [one for one in map(self.swarm.sharing.sighting, target.keys) if one.confidence > 0.0]
+        """Sightings of a target with a place at which somebody would serve it, of what our detector knows."""
+        told = map(self.swarm.sharing.sighting, target.keys)
+        return [one for one in told if one.confidence > 0.0 and one.label < len(self._labels)]
 
     def _can_serve(self, target: Target) -> bool:
         """Whether somebody has sighted it who is there and has a parcel."""

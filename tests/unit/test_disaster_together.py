@@ -4,15 +4,22 @@ What each does alone, `tests/missions/test_disaster_run.py` shows; two fly in a 
 there.
 """
 
+from typing import Any
+
 import pytest
 from shapely import Point, Polygon, box
 
 from sitl_emu.gcs.geodesy import to_metres
+from sitl_emu.missions.companion.perception import Perception
+from sitl_emu.missions.companion.selection import Selected, Wanted
 from sitl_emu.missions.companion.swarm.airspace import KEEP_M
+from sitl_emu.missions.companion.swarm.extents import tiles_of
+from sitl_emu.missions.companion.swarm.records import LINES_OF_A_RECORD, Covered, Doing, Sighting, State
 from sitl_emu.missions.disaster import places
+from sitl_emu.missions.disaster.detectors import CONFIRMING
 from sitl_emu.missions.disaster.settings import Settings
 from tests.unit.companion_px4 import RETURN
-from tests.unit.disaster_sky import ORIGIN, Flown, Gripper, Sky
+from tests.unit.disaster_sky import AMSL_M, ORIGIN, Flown, Gripper, Sky
 
 AREA = [(0.0, 0.0), (70.0, 0.0), (70.0, 90.0), (0.0, 90.0)]
 BENT, APART, FIRST = box(20, -5, 60, 5).union(box(20, -5, 28, 70)), box(50, 60, 62, 75), box(50, 5, 62, 20)
@@ -175,6 +182,34 @@ def test_a_companion_that_is_started_in_the_air_begins_nothing_and_leaves_the_ve
     sky.fly(sky.now_us / 1e6 + 5.0)
     assert sky.companions[1].status.outcome.startswith("the vehicle is armed, and may have let its parcel go; land")
     assert sky.quads[1].armed and len(sky.quads[1].commands) == asked
+
+
+class KnowsTwo:
+    """A detector of two classes that is never asked."""
+
+    labels = ("fire_region", "water_body")
+
+    def detect(self, image: Any, gsd_m: float | None = None) -> Any:
+        raise AssertionError("no pictures here")
+
+
+@pytest.mark.parametrize(("label", "found", "unknown"), [(0, ["fire_region"], 0), (1, ["water_body"], 0), (2, [], 1)])
+def test_who_looks_for_fewer_classes_takes_others_at_their_word(label: int, found: list[str], unknown: int) -> None:
+    """Each aircraft's card may have a selection of its own; what its detector does not know it leaves to others."""
+    sky = Sky(2, AREA, [], 0.0, seed=5)
+    sky.dead.add(2)
+    flight = sky.companions[1].flight
+    eyes = Perception(Selected(KnowsTwo(), {"water_body": Wanted()}), CONFIRMING)
+    flight.settings = flight.settings._replace(perception=eyes)
+    assert sky.fly(30.0, then=lambda it: it.tells(1, "phase", phase="uploading"))
+    assert flight.together is not None
+    key, place = (2, 0), (*ORIGIN, AMSL_M)
+    told = Sighting(key, 0, label, 0.9, *place, 1.0, 1.0, 0.0)
+    out, all_flown = State(Doing.OUT, *place, 0.0, 0.0, 0.0), Covered(0, (1 << LINES_OF_A_RECORD) - 1)
+    flight.together.swarm.sharing.hear(sky.now_us, 2, 1, [out, all_flown, told, *tiles_of(key, [(0, 0)])])
+    flight.together._look()
+    assert [each.label for each in flight.together._places.values()] == found
+    assert flight.together.counts.get("sightings of unknown labels", 0) == unknown
 
 
 def test_alone_nothing_is_said_to_peers() -> None:

@@ -79,7 +79,7 @@ class Sighting(NamedTuple):
     key: Key
     revision: int
     label: int
-    """Index in the list of labels that the mission's aircraft share."""
+    """Index in the list of all labels that the detector of the mission's aircraft knows, whatever each looks for."""
     confidence: float
     lat_deg: float
     lon_deg: float
