@@ -81,6 +81,14 @@ def polygon(corners: Sequence[Corner], holes: Sequence[Sequence[Corner]] = ()) -
     return area
 
 
+def inset(area: Polygon, margin_m: float) -> shapely.Geometry:
+    """Where lines may lie in an area: `margin_m` from its edges and holes. Raises CoverageError where nowhere."""
+    allowed = area.buffer(-margin_m, join_style="mitre") if margin_m else area
+    if margin_m < 0.0 or allowed.area < SLIVER_M2:
+        raise CoverageError(f"margin {margin_m:g} m; must be 0 or more, and leave something of the area")
+    return allowed
+
+
 def lawnmower(
     area: Polygon,
     seen: Footprint,
@@ -99,9 +107,7 @@ def lawnmower(
     """
     if not 0.0 <= overlap < 1.0:
         raise CoverageError(f"overlap {overlap:g}; must be from 0 to below 1")
-    allowed = area.buffer(-margin_m, join_style="mitre") if margin_m else area
-    if margin_m < 0.0 or allowed.area < SLIVER_M2:
-        raise CoverageError(f"margin {margin_m:g} m; must be 0 or more, and leave something of the area")
+    allowed = inset(area, margin_m)
     headings = _hull_headings(area) if heading_deg is None else [heading_deg]
     plans = [ordered(list(_parallel(area, allowed, seen, overlap, heading)), start_m) for heading in headings]
     return min(plans, key=lambda lines: way_m(lines, start_m))

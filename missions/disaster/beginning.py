@@ -12,6 +12,10 @@ def ready(onboard: Onboard, settings: Settings) -> Script:
     parcel is still there, nor what the others have been promised.
     """
     yield from steps.heard(onboard)
+    team, system = settings.team, onboard.system_id
+    if team is not None and system not in team.members:
+        told = " ".join(map(str, team.members))
+        raise steps.StepFailed(f"option members: {told}: without system {system}, the vehicle's; name all MAV_SYS_ID")
     if onboard.telemetry.armed:
         raise steps.StepFailed("the vehicle is armed, and may have let its parcel go; land and disarm it first")
     yield from steps.select(onboard, settings.perception)

@@ -107,7 +107,10 @@ class Flight:
         onboard = self.onboard
         yield from beginning.ready(onboard, self.settings)
         system = onboard.system_id
-        self._lay_lines()
+        try:
+            self._lay_lines()
+        except ValueError as error:  # of an area that is another one, seen from home
+            raise steps.StepFailed(str(error)) from None
         onboard.enter("uploading", f"fence; {len(self.lines)} lines to fly")
         telling.plan(onboard, self.settings, self.lines, self.place_deg)
         yield from steps.upload(onboard, self._fence(), FENCE)
@@ -199,19 +202,17 @@ class Flight:
         home = self.onboard.telemetry.home
         assert home is not None  # it was, when the autopilot was ready
         self.home = home
-        area = self.settings.area_m(home[0], home[1])
-        seen = footprint(self.settings.camera, self.settings.scan_altitude_m)
-        settings = self.settings
+        settings, area = self.settings, self.settings.area_m(home[0], home[1])
+        bounds = Bounds(*settings.map_m(area))
         if settings.team is None:
+            seen = footprint(settings.camera, settings.scan_altitude_m)
             self.lines = lawnmower(area, seen, settings.overlap, margin_m=settings.margin_m, start_m=(0.0, 0.0))
         else:
             self.together = Together(self, self.travel, settings, settings.team)
             self.lines = self.together.lines
             self.settings = settings = settings._replace(scan_altitude_m=self.together.altitude_m)
         self._within = area.union(shapely.Point(0.0, 0.0)).convex_hull.buffer(max(settings.fence_margin_m, 0.1))
-        south, west, north, east = area.buffer(max(seen) / 2.0).bounds
         labels, confirming = settings.perception.detector.labels, settings.perception.confirming
-        bounds = Bounds(south, west, north, east)
         whole_from_m = WHOLE * settings.scan_altitude_m
         self.regions = RegionMap(
             bounds, labels, settings.camera, confirming, settings.location, SCATTERED, whole_from_m, area

@@ -11,16 +11,18 @@ from sitl_emu.gcs.geodesy import to_metres
 from sitl_emu.missions.companion import calibration
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, Mount
-from sitl_emu.missions.companion.coverage import CoverageError, polygon
+from sitl_emu.missions.companion.coverage import CoverageError, footprint, inset, polygon
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.perception import Perception, looking_of
 from sitl_emu.missions.companion.release_point import Parcel
 from sitl_emu.missions.companion.swarm.key import SwarmKey, key_of
+from sitl_emu.missions.companion.terrain.terrain_map import MOST_CELLS
 from sitl_emu.missions.disaster.detectors import FROM_THE_AIR
+from sitl_emu.missions.disaster.regions import RESOLUTION_M
 
 LOCATIONS, ALTITUDES = ("rays", "equations"), ("fixed", "terrain")
 
-
+LEAST_CORNERS = 3
 MOST_MEMBERS = 16
 """As many bits has `records.State`."""
 GATHER_TIMEOUT_S = 120.0
@@ -70,11 +72,22 @@ class Settings(NamedTuple):
     team: Team | None = None
     """None: alone."""
 
+    @property
+    def middle_deg(self) -> Corner:
+        """Latitude and longitude of the mean of the area's corners."""
+        lat_deg, lon_deg = (math.fsum(each) / len(each) for each in zip(*self.corners_deg, strict=True))
+        return lat_deg, lon_deg
+
     def area_m(self, lat_deg: float, lon_deg: float) -> Polygon:
         """The area in metres north and east of a place. Raises CoverageError."""
         rings = (self.corners_deg, *self.holes_deg)
         corners, *holes = ([to_metres(*corner, lat_deg, lon_deg) for corner in ring] for ring in rings)
         return polygon(corners, holes)
+
+    def map_m(self, area: Polygon) -> tuple[float, float, float, float]:
+        """The bounds of what is mapped, south, west, north, east: an area, and what is seen from over its edge."""
+        south, west, north, east = area.buffer(max(footprint(self.camera, self.scan_altitude_m)) / 2.0).bounds
+        return south, west, north, east
 
 
 def settings_of(given: Options) -> Settings:
@@ -95,7 +108,7 @@ def settings_of(given: Options) -> Settings:
     altitude, team = _word(given, "altitude", ALTITUDES), _team(given)
     if team is not None and altitude != ALTITUDES[0]:
         raise ValueError(f"option altitude: {altitude!r}: several aircraft keep apart by height; allowed: fixed")
-    return Settings(
+    made = Settings(
         corners,
         holes,
         perception._replace(confirming=confirming),
@@ -115,6 +128,25 @@ def settings_of(given: Options) -> Settings:
         ready_timeout_s=given.number("ready_timeout_s", 120.0, 5.0, 3600.0),
         team=team,
     )
+    _check_area(made)
+    return made
+
+
+def _check_area(settings: Settings) -> None:
+    """Raises ValueError for an area over which no lines can be laid, or of which the map would be too large."""
+    try:
+        area = settings.area_m(*settings.middle_deg)
+    except CoverageError as error:
+        raise ValueError(f"option {error}") from None
+    try:
+        inset(area, settings.margin_m)
+    except CoverageError:
+        small = f"option margin_m: {settings.margin_m:g}: leaves nothing of the area"
+        raise ValueError(f"{small}; allowed: less than half of its width") from None
+    south, west, north, east = settings.map_m(area)
+    if (north - south) * (east - west) > MOST_CELLS * RESOLUTION_M**2:
+        large = f"option area: {north - south:.0f} x {east - west:.0f} m, with what is seen from its edges"
+        raise ValueError(f"{large}; allowed: {MOST_CELLS * RESOLUTION_M**2:.0f} m2; divide it")
 
 
 def _team(given: Options) -> Team | None:
@@ -154,11 +186,8 @@ def _area(area: Mapping[str, Any] | None) -> tuple[tuple[Corner, ...], tuple[tup
         )
     except (TypeError, ValueError):
         raise ValueError(f"option area: {area!r}; allowed: {allowed}") from None
+    if len(corners) < LEAST_CORNERS:
+        raise ValueError(f"option area: {len(corners)} corners; allowed: {LEAST_CORNERS} or more")
     if not all(abs(lat) <= 90.0 and abs(lon) <= 180.0 for ring in (corners, *holes) for lat, lon in ring):
         raise ValueError(f"option area: {area!r}: beyond the Earth; allowed: {allowed}")
-    lat_deg, lon_deg = (math.fsum(one) / max(len(corners), 1) for one in (zip(*corners, strict=True)))
-    try:
-        Settings(corners, tuple(holes), *(None,) * 4).area_m(lat_deg, lon_deg)  # type: ignore[arg-type]
-    except CoverageError as error:
-        raise ValueError(f"option {error}") from None
     return corners, tuple(holes)

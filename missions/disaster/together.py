@@ -74,8 +74,7 @@ class Together:
     def __init__(self, flight: Flying, travel: Travel, settings: Settings, team: Team) -> None:
         """`settings`: with the lowest layer's altitude. Raises CoverageError as `coverage.lawnmower` does."""
         self._flight, self._travel, self._onboard = flight, travel, flight.onboard
-        lat_deg, lon_deg = (math.fsum(each) / len(each) for each in zip(*settings.corners_deg, strict=True))
-        self.origin = lat_deg, lon_deg
+        self.origin = settings.middle_deg
         """Of what is told in metres: alike for all, whose homes differ."""
         north_m, east_m = to_metres(*flight.home[:2], *self.origin)
         self._offset_m = north_m, east_m

@@ -49,6 +49,25 @@ def test_wrong_options_of_several_are_told(options: dict[str, object], said: str
         settings_of(Options({"area": area, "detector": "colour", **options}))
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"margin_m": 60.0}, "option margin_m: 60: leaves nothing of the area; allowed: less than half of its width"),
+        ({"area": {"corners": []}}, "option area: 0 corners; allowed: 3 or more"),
+        ({"area": {"corners": [[47.0, 8.0], [47.001, 8.0]]}}, "option area: 2 corners; allowed: 3 or more"),
+        (
+            {"area": {"corners": [[47.0, 8.0], [47.0, 8.03], [47.03, 8.03], [47.03, 8.0]]}},
+            r"option area: 33\d\d x 23\d\d m, with what is seen from its edges; allowed: 4000000 m2; divide it",
+        ),
+    ],
+)
+def test_an_area_of_which_no_plan_can_be_made_is_told_before_the_flight(options: dict[str, object], said: str) -> None:
+    hundred = {"corners": [[47.0, 8.0], [47.0, 8.0013], [47.0009, 8.0013], [47.0009, 8.0]]}
+    settings_of(Options({"area": hundred, "detector": "colour"}))
+    with pytest.raises(ValueError, match=f"^{said}"):
+        settings_of(Options({"area": hundred, "detector": "colour", **options}))
+
+
 def test_an_area_follows_the_world_and_comes_in_degrees() -> None:
     north, east = in_degrees({"area": "world"}, setting("flat"))["area"]["corners"][1]
     assert north == pytest.approx(47.0) and east == pytest.approx(8.0 + 50.0 / 75_900.0, abs=1e-5)

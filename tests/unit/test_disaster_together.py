@@ -184,6 +184,28 @@ def test_a_companion_that_is_started_in_the_air_begins_nothing_and_leaves_the_ve
     assert sky.quads[1].armed and len(sky.quads[1].commands) == asked
 
 
+def test_who_is_not_among_the_members_is_told_so_and_flies_nowhere() -> None:
+    sky = Sky(2, AREA, [], 0.0, seed=5)
+    flight = sky.companions[1].flight
+    assert flight.settings.team is not None
+    flight.settings = flight.settings._replace(team=flight.settings.team._replace(members=(2, 3)))
+    sky.dead.add(2)
+    assert sky.fly(10.0) and not sky.quads[1].armed
+    assert (
+        sky.companions[1].status.outcome == "option members: 2 3: without system 1, the vehicle's; name all MAV_SYS_ID"
+    )
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_lines_that_can_not_be_laid_end_the_mission_on_the_ground(count: int) -> None:
+    sky = Sky(count, AREA, [], 0.0, seed=5)
+    flight = sky.companions[1].flight
+    flight.settings = flight.settings._replace(margin_m=60.0)
+    sky.dead |= set(sky.systems) - {1}
+    assert sky.fly(10.0) and not sky.quads[1].armed
+    assert sky.companions[1].status.outcome.startswith("margin 60 m; must be 0 or more")
+
+
 class KnowsTwo:
     """A detector of two classes that is never asked."""
 
