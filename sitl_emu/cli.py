@@ -267,7 +267,11 @@ def launch(
     ] = None,
     tlog: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Keep a telemetry log of each link there, MODEL-INSTANCE-LINK.tlog."),
+        typer.Option(
+            metavar="DIR",
+            help="Keep a telemetry log of each link there, MODEL-INSTANCE-LINK.tlog. One that is there already is an "
+            "error: name a new folder for each launch.",
+        ),
     ] = None,
     camera: Annotated[
         bool,

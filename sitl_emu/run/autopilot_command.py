@@ -145,7 +145,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--root", type=Path, metavar="DIR", help="keeps parameters, missions and logs there (default: nothing is kept)"
     )
-    parser.add_argument("--tlog", type=Path, metavar="DIR", help="keeps a telemetry log (.tlog) of each link there")
+    parser.add_argument(
+        "--tlog", type=Path, metavar="DIR", help="keeps a telemetry log (.tlog) of each link there, where none is yet"
+    )
     parser.add_argument(
         "--gcs", metavar="HOST[:PORT]", help="where the ground station is (default: on this machine, port 14550)"
     )

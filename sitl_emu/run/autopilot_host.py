@@ -78,6 +78,8 @@ class Hosted:
     """Microseconds since 1970 at which simulated time begins; None: the date at each boot."""
     tlog: Path | None = None
     """Telemetry logs are kept here, `TLOG-LINK.tlog`."""
+    must_log: bool = False
+    """Whether it ends where they can't be written any more; else they stop, and it flies on."""
     mates: int = 1
     """How many autopilots share the process, and so its processor time."""
     tells_gimbal: bool = False
@@ -125,7 +127,9 @@ class AutopilotHost:
                 poll.watch(fileno, (self, index))
         if hosted.dds is not None:
             poll.watch(hosted.dds.fileno(), (self, DDS))
-        self._logs = LinkLogs(hosted.tlog, [link.name for link in links]) if hosted.tlog is not None else None
+        self._logs: LinkLogs | None = None
+        if hosted.tlog is not None:
+            self._logs = LinkLogs(hosted.tlog, [link.name for link in links], must_log=hosted.must_log)
 
     @property
     def booted(self) -> bool:

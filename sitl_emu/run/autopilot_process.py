@@ -42,6 +42,7 @@ def run(config: AutopilotConfig, control: ControlChannel) -> None:
             gcs=config.gcs,
             start_us=config.start_us,
             tlog=folder / config.name,
+            must_log=True,
             pictures=config.model.camera is not None,
             tells_gimbal=config.model.camera is not None and config.model.camera.on_gimbal,
             video=config.video,

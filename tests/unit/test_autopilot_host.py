@@ -1,6 +1,8 @@
 """The autopilot host over the memory channel: reboot, shutdown, parameters about the simulator, logs."""
 
+import errno
 import math
+import os
 import socket
 import sys
 from collections.abc import Iterator
@@ -27,8 +29,10 @@ from sitl_emu.core.simulator_api import (
     SimulatorParameter,
     VideoState,
 )
+from sitl_emu.gcs.tlog import TlogWriter
 from sitl_emu.run import autopilot_command
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll
+from sitl_emu.run.link_logs import LinkLogs
 from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -227,6 +231,46 @@ def test_what_passes_on_the_links_is_logged_over_a_reboot(bench: Bench, tmp_path
     log.close()
     assert stamps == sorted(stamps) and stamps[0] >= START_US / 1e6 and stamps[-1] > START_US / 1e6 + 3.5
     assert max(boots_ms) < 2100
+
+
+def test_a_full_disk_ends_the_logs_and_not_the_flight(
+    bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.tick(10)
+    with monkeypatch.context() as full:
+        full.setattr(TlogWriter, "write", no_space)
+        bench.tick(500)
+    said = capsys.readouterr().err
+    assert said.startswith(f"sitl-emu: telemetry log {tmp_path / 'iris-'}") and said.count("\n") == 1
+    assert said.endswith(".tlog: No space left on device; logging stops\n")
+    bench.tick(500)
+    bench.host.close()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_run_whose_logs_are_its_result_ends_where_the_disk_is_full(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logs = LinkLogs(tmp_path / "uas", ["gcs", "onboard"], must_log=True)
+    monkeypatch.setattr(TlogWriter, "write", no_space)
+    with pytest.raises(OSError, match="No space left"):
+        logs.write(START_US, GCS, bytes.fromhex("fd000000000000000000000000"))
+    logs.close()
+    assert capsys.readouterr().err == ""
+
+
+def test_the_logs_of_an_earlier_launch_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "iris-0-onboard.tlog").write_bytes(b"precious")
+    with pytest.raises(FileExistsError) as refused:
+        LinkLogs(tmp_path / "iris-0", ["gcs", "onboard"])
+    assert refused.value.filename == str(tmp_path / "iris-0-onboard.tlog")
+    assert "name another folder with --tlog" in (refused.value.strerror or "")
+    assert [path.name for path in tmp_path.iterdir()] == ["iris-0-onboard.tlog"]
+    assert (tmp_path / "iris-0-onboard.tlog").read_bytes() == b"precious"
+
+
+def no_space(*_: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def test_a_port_in_use_is_said_and_nothing_stays_open(tmp_path: Path) -> None:
