@@ -149,13 +149,15 @@ def with_parcels(fleet: Sequence[Vehicle]) -> list[Vehicle]:
 def read(folder: pathlib.Path) -> Vehicle:
     """A vehicle from a folder with `vehicle.toml` and `airframe.json`. Raises VehicleError."""
     toml, airframe = folder / TOML, folder / AIRFRAME
-    where = f"{folder.name}/{toml.name}"
+    where = str(toml)
     try:
         table = tomllib.loads(toml.read_text())
     except OSError as error:
         raise VehicleError(f"{toml}: {error.strerror}; a model's folder holds {TOML} and {AIRFRAME}") from None
     except ValueError as error:  # no UTF-8, no TOML, or a number of thousands of digits
         raise VehicleError(f"{where}: {error}") from None
+    except RecursionError:
+        raise VehicleError(f"{where}: nested too deeply; a vehicle needs tables in tables, and no more") from None
     file = record.read(_File, table, where)
     mass, moments = _mass_properties(file, where)
     if (file.propulsion is not None) + (file.chassis is not None) + (file.sih_rover is not None) != 1:
@@ -208,13 +210,15 @@ def _mass_properties(file: _File, where: str) -> tuple[float, Vector3]:
 
 
 def _airframe(path: pathlib.Path) -> dict[str, float | int]:
-    where = f"{path.parent.name}/{path.name}"
+    where = str(path)
     try:
         table: Any = json.loads(path.read_text())
     except OSError as error:
         raise VehicleError(f"{path}: {error.strerror}; a model's folder holds {TOML} and {AIRFRAME}") from None
     except ValueError as error:
         raise VehicleError(f"{where}: {error}") from None
+    except RecursionError:
+        raise VehicleError(f"{where}: nested too deeply; it is a mapping of parameters' names to numbers") from None
     if not isinstance(table, dict):
         raise VehicleError(f"{where}: must be a mapping of parameters' names to their values")
     for name, value in table.items():

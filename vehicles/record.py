@@ -7,6 +7,7 @@ number of a tuple, `Annotated[str, Words(…)]` lists the words that are allowed
 """
 
 import dataclasses
+import re
 import sys
 import types
 import typing
@@ -19,6 +20,8 @@ Record = TypeVar("Record")
 
 
 LARGEST = sys.float_info.max
+EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
+"""A number to anybody but YAML 1.1, which wants a point and the exponent's sign."""
 
 
 class Limits(NamedTuple):
@@ -96,7 +99,7 @@ def _value(hint: Any, value: Any, where: str, rule: Limits | Words) -> Any:
     if not isinstance(value, hint):
         raise VehicleError(f"{where} = {value!r} must be a {hint.__name__}")
     if isinstance(rule, Words) and value not in rule.allowed:
-        raise VehicleError(f"{where} = {value!r}; allowed are: {', '.join(rule.allowed)}")
+        raise VehicleError(f"{where} = {value!r}; allowed are: {', '.join(filter(None, rule.allowed))}")
     return value
 
 
@@ -130,7 +133,9 @@ def _tuple(hints: tuple[Any, ...], value: Any, where: str, rule: Limits | Words)
 def _number(hint: type[float] | type[int], value: Any, where: str, rule: Limits | Words) -> float:
     allowed = (int,) if hint is int else (int, float)
     if isinstance(value, bool) or not isinstance(value, allowed):
-        raise VehicleError(f"{where} = {value!r} must be a {'whole ' if hint is int else ''}number")
+        is_text = isinstance(value, str) and hint is float and EXPONENT.fullmatch(value)
+        remedy = "; to YAML this is a text: write it as 1.0e+6, with point and sign" if is_text else ""
+        raise VehicleError(f"{where} = {value!r} must be a {'whole ' if hint is int else ''}number{remedy}")
     if isinstance(rule, Limits) and not rule.minimum <= value <= rule.maximum:
         raise VehicleError(f"{where} = {value!r} is out of range; allowed is {rule}")
     return hint(value)

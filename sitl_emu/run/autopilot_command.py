@@ -72,6 +72,8 @@ def read_airframe(file: Path) -> dict[str, Value]:
         raise AirframeError(f"{file}: {error.strerror}") from None
     except ValueError as error:
         raise AirframeError(f"{file}: not JSON: {error}") from None
+    except RecursionError:
+        raise AirframeError(f"{file}: nested too deeply; allowed: a JSON object of PX4 parameters") from None
     if not isinstance(parameters, dict):
         raise AirframeError(f"{file}: not an airframe; allowed: a JSON object of PX4 parameters")
     for name, value in parameters.items():

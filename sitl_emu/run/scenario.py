@@ -8,7 +8,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 from sitl_emu.missions import registry
@@ -21,6 +20,7 @@ from sitl_emu.run.scenario_parts.vehicle import MOST, AutopilotPart, CompanionPa
 from sitl_emu.run.scenario_parts.world import LightPart, PeerRadio, WindPart, WorldPart
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.conditions import Changes
+from sitl_emu.world.description import yaml_text
 
 SUFFIX = ".yaml"
 
@@ -109,11 +109,13 @@ def load(path: Path) -> Scenario:
 def read(path: Path) -> dict[str, Any]:
     """What a scenario file says, unchecked. Raises ScenarioError where it is no mapping."""
     try:
-        data = yaml.safe_load(path.read_text())
+        data = yaml_text.load(path.read_text())
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror}") from None
-    except (yaml.YAMLError, ValueError) as error:
-        raise ScenarioError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
+    except yaml_text.YamlError as error:
+        raise ScenarioError(f"{path}: {error}") from None
+    except ValueError as error:  # no UTF-8
+        raise ScenarioError(f"{path}: not YAML: {error}") from None
     if not isinstance(data, dict):
         raise ScenarioError(f"{path}: a scenario is a mapping with the fields {', '.join(Scenario.model_fields)}")
     return data

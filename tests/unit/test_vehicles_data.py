@@ -177,7 +177,12 @@ def folder(tmp_path: Path) -> Path:
         ("min_distance_m = 0.2", "min_distance_m = 60.0", "lidar: min_distance_m = 60.0 must be below max_distance_m"),
         ("[gear]", "[skids]", "unknown field 'skids'"),
         ("thrust_max_n = 7.07", "", "propulsion: the field 'thrust_max_n' is missing"),
-        ("[battery]", "[battery", "mine/vehicle.toml: "),
+        ("[battery]", "[battery", "/mine/vehicle.toml: "),
+        (
+            "cells = 4",
+            f"cells = {9999 * '['}",
+            "/mine/vehicle.toml: nested too deeply; a vehicle",
+        ),
     ],
 )
 def test_wrong_fields_are_named(folder: Path, old: str, new: str, error: str) -> None:

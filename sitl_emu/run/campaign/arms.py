@@ -12,11 +12,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from sitl_emu.run import scenario as scenarios
 from sitl_emu.run import worlds
 from sitl_emu.run.scenario import Scenario, ScenarioError
+from sitl_emu.world.description import yaml_text
 
 KEY = re.compile(r"[A-Za-z0-9_*-]+(\.[A-Za-z0-9_*-]+)*")
 ALL = "*"
@@ -62,8 +61,8 @@ def variation(text: str, wanted: str = SEVERAL) -> Variation:
     if not equals or not KEY.fullmatch(key):
         raise ScenarioError(f"--vary {text}: {wanted}")
     try:
-        read = yaml.safe_load(f"[{values}]")
-    except (yaml.YAMLError, ValueError):
+        read = yaml_text.load(f"[{values}]")
+    except yaml_text.YamlError:
         raise ScenarioError(f"--vary {text}: the values are no YAML; quote what holds , [ ] {{ }} or :") from None
     if not read or None in read:
         raise ScenarioError(f"--vary {text}: a value is missing; {wanted}")

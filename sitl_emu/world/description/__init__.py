@@ -17,7 +17,7 @@ from sitl_emu.vehicles import record
 from sitl_emu.vehicles.errors import VehicleError
 from sitl_emu.vehicles.record import Limits, Words
 from sitl_emu.world import sdf
-from sitl_emu.world.description import checks
+from sitl_emu.world.description import checks, yaml_text
 from sitl_emu.world.description.areas import LAND_USES as LAND_USES
 from sitl_emu.world.description.areas import Cover as Cover
 from sitl_emu.world.description.areas import Crop as Crop
@@ -169,20 +169,18 @@ class WorldDescription:
     """What of a Gazebo world is not in it (`sdf/`), for people."""
 
 
-LOADER: type[yaml.SafeLoader] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""libyaml's, where PyYAML has it: a tenth of the time for a large world."""
-
-
 def load(path: Path) -> WorldDescription:
     """Read a world file, ours or Gazebo's. Raises WorldError, which names file, field, value and what is allowed."""
     if path.suffix in sdf.SUFFIXES:
         return read(sdf.read(path), str(path))
     try:
-        data = yaml.load(path.read_text(), LOADER)
+        data = yaml_text.load(path.read_text())
     except OSError as error:
         raise WorldError(f"{path}: {error.strerror}") from None
-    except (yaml.YAMLError, ValueError) as error:
-        raise WorldError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
+    except yaml_text.YamlError as error:
+        raise WorldError(f"{path}: {error}") from None
+    except ValueError as error:  # no UTF-8
+        raise WorldError(f"{path}: not YAML: {error}") from None
     if not isinstance(data, Mapping):
         fields = ", ".join(field.name for field in dataclasses.fields(WorldDescription))
         raise WorldError(f"{path}: a world is a mapping with the fields {fields}")
