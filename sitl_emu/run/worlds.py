@@ -74,7 +74,9 @@ def build(
             _check_files(world)
         return world
     except description.WorldError as error:
-        raise WorldError(str(error)) from None
+        text = str(error)
+        is_named = not is_file(source) or text.startswith(source)
+        raise WorldError(text if is_named else f"{source}: {text}") from None
 
 
 def not_read(world: World) -> list[str]:

@@ -81,13 +81,15 @@ def read_mesh(path: Path, scale: float) -> tuple[list[Vector3], list[int]]:
     """Corners (NED, m, about the mesh's origin) and triangles of a mesh file. Raises WorldError."""
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise WorldError(f"mesh file {path}: must be one of {', '.join(MESH_SUFFIXES)}")
+    if not path.is_file():
+        raise WorldError(f"mesh file {path}: there is no such file")
     import trimesh  # half a second, for worlds with meshes alone
 
     try:
         loaded = trimesh.load(path, force="mesh")
         corners, triangles = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, int)
-    except Exception as error:  # a parser's any
-        raise WorldError(f"mesh file {path}: can't be read: {error}") from None
+    except Exception:  # a parser's any, in words about its insides
+        raise WorldError(f"mesh file {path}: can't be read: broken, or no {path.suffix} file of triangles") from None
     if not len(triangles):
         raise WorldError(f"mesh file {path}: there are no triangles in it")
     if path.suffix.lower() in {".glb", ".gltf"}:

@@ -35,8 +35,8 @@ def read(terrain: Terrain, origin: Origin, folder: Path) -> HeightMap:
         return reader(path, terrain, origin)
     except WorldError:
         raise
-    except Exception as error:  # whatever a broken file does to its parser
-        raise WorldError(f"terrain.file: {path}: can't be read: {error}") from None
+    except Exception:  # whatever a broken file does to its parser, in words about its insides
+        raise WorldError(f"terrain.file: {path}: can't be read: broken, or no {path.suffix} file of heights") from None
 
 
 def _from_npy(path: Path, terrain: Terrain, origin: Origin) -> HeightMap:

@@ -41,9 +41,13 @@ def area_m2(polygon: Sequence[Corner]) -> float:
 
 def is_simple(polygon: Sequence[Corner]) -> bool:
     """Whether it has an area and no two sides cross."""
+    return len(polygon) >= 3 and not crosses_itself(polygon) and area_m2(polygon) != 0.0
+
+
+def crosses_itself(polygon: Sequence[Corner]) -> bool:
+    """Whether two sides cross."""
     sides = list(edges(polygon))
-    crossed = any(_cross(*one, *other) for at, one in enumerate(sides) for other in sides[at + 1 :])
-    return len(polygon) >= 3 and not crossed and area_m2(polygon) != 0.0
+    return any(_cross(*one, *other) for at, one in enumerate(sides) for other in sides[at + 1 :])
 
 
 def is_convex(polygon: Sequence[Corner]) -> bool:

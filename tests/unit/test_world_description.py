@@ -124,6 +124,11 @@ def test_what_is_kept_is_what_was_read(tmp_path: Path, yard: World) -> None:
         ),
         (("box: {size_m: [8, 12, 5]}", "mesh: {file: ../a.obj}"), "solids[0].mesh.file = '../a.obj': must lie in the"),
         (("use: asphalt", "use: tar"), "ground: land[0]: use = 'tar'; allowed are: grass, soil, asphalt"),
+        (("{use: grass", "{use: lava"), "ground: use = 'lava'; allowed are: grass, soil, asphalt"),
+        (("[-10, 40], [40, 40], [40, -10]]", "[40, 40], [-10, 40], [40, -10]]"), "area_m: its sides cross; give its"),
+        (("name: yard", "name: yard\nname: garden"), "line 3: 'name' stands in line 2 already; give it once"),
+        (("name: yard", "name: " + 50_000 * "{a: "), "line 2: nested too deeply; at most 100 mappings"),
+        (("mass_kg: 18", "mass_kg: 1e6"), "mass_kg = '1e6' must be a number; to YAML this is a text: write it as 1.0e"),
     ],
 )
 def test_what_is_wrong_names_file_field_value_and_what_is_allowed(
@@ -313,7 +318,8 @@ def test_a_geotiff_in_metres_says_what_to_do(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "text"),
     [("h.xyz", b"", "must be one of .npy, .png"), ("h.png", b"no picture", "must be a grey picture"),
-     ("h.tif", struct.pack("<4s", b"II*\0"), "can't be read"), ("h.npy", b"", "can't be read")],
+     ("h.tif", struct.pack("<4s", b"II*\0"), "can't be read"),
+     ("h.npy", b"no heights", "h.npy: can't be read: broken, or no .npy file of heights")],
 )  # fmt: skip
 def test_a_broken_file_is_told(tmp_path: Path, name: str, content: bytes, text: str) -> None:
     (tmp_path / name).write_bytes(content)
