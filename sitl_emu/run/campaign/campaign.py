@@ -76,13 +76,18 @@ def campaign(wanted: Wanted, console: Console) -> int:
             for arm, one in wanted_runs
             if kept.kept(arm.name, one) is None
         ]
-        _say(console, f"{len(wanted_runs)} runs in {len(arms)} arms, {len(wanted_runs) - len(jobs)} there; {folder}")
+        planned = f"{_count(len(wanted_runs), 'run')} in {_count(len(arms), 'arm')}"
+        _say(console, f"{planned}, {len(wanted_runs) - len(jobs)} there; {folder}")
         missing = _flown(jobs, wanted, kept, console, len(wanted_runs)) if jobs else []
         there = [result for arm, one in wanted_runs if (result := kept.kept(arm.name, one)) is not None]
         _conclude(kept, identity.name, arms, there, len(wanted_runs), missing, console)
     if STOPPED in missing:
         return EXIT_STOPPED
     return EXIT_WHOLE if len(there) == len(wanted_runs) else EXIT_PART
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _expect_extras() -> None:

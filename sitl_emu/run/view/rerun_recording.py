@@ -45,11 +45,11 @@ LEVELS = {"emergency": "CRITICAL", "alert": "CRITICAL", "critical": "CRITICAL", 
 
 def record(folder: Path, out: Path | None) -> Path:
     """Write the recording of a run; its file. Raises Trouble."""
+    reader = RunReader(folder)
     try:
         import rerun as rr
     except ImportError:
         raise Trouble("rerun: it needs the Rerun SDK: pip install rerun-sdk (or this package with [rerun])") from None
-    reader = RunReader(folder)
     path = folder / FILE if out is None else out
     try:
         path.open("wb").close()
