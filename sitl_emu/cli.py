@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from sitl_emu import __version__, cli_campaign, cli_world
-from sitl_emu.cli_words import LAST_INSTANCE, MOST_SEED, PARCEL, finite, refuse, say, speed_of, wanted_of
+from sitl_emu.cli_words import LAST_INSTANCE, MOST_SEED, PARCEL, finite, given_options, refuse, say, speed_of, wanted_of
 
 app = typer.Typer(
     name="sitl-emu",
@@ -66,6 +66,7 @@ DDS = (
 
 @app.command(short_help="Run a mission, with a report at the end.")
 def run(
+    ctx: typer.Context,
     scenario: Annotated[
         str | None,
         typer.Argument(
@@ -132,8 +133,12 @@ def run(
 
     Ends with exit status 0 when the mission succeeded. While it runs, a ground station on UDP 14550 sees the vehicles.
     """
+    if scenario is None and (given := given_options(ctx)):
+        refuse(f"{given[0]}: name a scenario to run; `sitl-emu run` alone lists those that missions bring")
     if isolated and (gcs is not None or video):
         refuse(f"--isolated and {'--gcs' if gcs is not None else '--video'}: an isolated run has no ground station")
+    if isolated and instance:
+        refuse("--isolated and --instance: an isolated run is on none of PX4's ports; leave out one of them")
     if isolated and dds:
         refuse("--isolated and --dds: an isolated run speaks to nobody outside")
     from sitl_emu.run import memory
@@ -347,7 +352,7 @@ def detect(
     score: Annotated[
         float, typer.Option(min=0.01, max=1.0, callback=finite, metavar="S", help="From which finds are shown.")
     ] = 0.25,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")] = Path("detected"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write, a new one.")] = Path("detected"),
     frames: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Stop after so many. [default: when the source ends]")
     ] = None,

@@ -31,6 +31,18 @@ def refuse(text: str) -> NoReturn:
     raise typer.Exit(BAD_INPUT)
 
 
+def given_options(ctx: typer.Context) -> list[str]:
+    """The options that the user has given to a command, in the order of its help."""
+    return [
+        param.opts[0]
+        for param in ctx.command.params
+        if param.param_type_name == "option"
+        and param.name is not None
+        and (source := ctx.get_parameter_source(param.name)) is not None
+        and source.name == "COMMANDLINE"
+    ]
+
+
 def finite(param: typer.CallbackParam, value: float | None) -> float | None:
     """An option's callback: a number that is one, which NaN passes every range for."""
     if value is not None and not math.isfinite(value):

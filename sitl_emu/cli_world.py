@@ -92,7 +92,7 @@ def serve(
 def preview(
     name: World,
     seed: Seed = 1,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="The folder. [default: preview-WORLD]")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="A new folder. [default: preview-WORLD]")] = None,
     option: Options = None,
     at: At = 20.0,
 ) -> None:
@@ -146,8 +146,11 @@ def export(
         str | None, typer.Option(metavar="NAME", help="Of a run: whose camera. [default: the first that has one]")
     ] = None,
     every: Annotated[
-        float, typer.Option(min=0.02, callback=finite, metavar="S", help="Of a run: seconds from picture to picture.")
-    ] = 1.0,
+        float | None,
+        typer.Option(
+            min=0.02, callback=finite, metavar="S", help="Of a run: seconds from picture to picture. [default: 1.0]"
+        ),
+    ] = None,
     format_: Annotated[
         list[str] | None,
         typer.Option("--format", metavar="coco|yolo|geojson", help="May be given several times. [default: all]"),
@@ -172,7 +175,7 @@ def export(
     seed: Seed = 1,
     option: Options = None,
     at: At = 20.0,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="The folder. [default: export-WORLD]")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="A new folder. [default: export-WORLD]")] = None,
 ) -> None:
     """Draw pictures of a world and write with each what is in it: boxes, classes, what is hidden, masks, depth.
 
@@ -209,14 +212,14 @@ def _size(text: str | None) -> tuple[int, int] | None:
 
 
 def _given(options: Sequence[str] | None) -> dict[str, Any]:
-    import yaml
+    from sitl_emu.world.description import yaml_text
 
     given = {}
     for each in options or ():
         key, equals, value = each.partition("=")
         try:
-            given[key] = yaml.safe_load(value)
-        except (yaml.YAMLError, ValueError):
+            given[key] = yaml_text.load(value)
+        except yaml_text.YamlError:
             equals = ""
         if not equals:
             refuse(f"--option {each}: write NAME=VALUE, such as size_m=120")

@@ -14,6 +14,7 @@ from sitl_emu.missions.companion.camera import CameraError, Image, open_camera
 from sitl_emu.missions.companion.detector import Detection, Detector
 from sitl_emu.missions.companion.inference import be_repeatable
 from sitl_emu.missions.companion.yolo import ModelError, OnnxDetector
+from sitl_emu.run import folders
 from sitl_emu.run.trouble import Trouble
 
 COLOURS = ((255, 120, 0), (0, 230, 255), (255, 0, 255), (0, 255, 0), (0, 90, 255), (255, 255, 255))
@@ -35,9 +36,9 @@ def detect(source: str, model: str, least: float, out: Path, most: int | None, s
     except (ModelError, CameraError) as error:
         raise Trouble(str(error)) from None
     be_repeatable()
-    out.mkdir(parents=True, exist_ok=True)
     count, took_s, seen = 0, 0.0, Counter[str]()
     try:
+        folders.make(out)
         with (out / TABLE).open("w") as table:
             while not camera.ended and count != most:
                 frame = camera.read()

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.run import views, worlds
+from sitl_emu.run import folders, views, worlds
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world import kinds
 from sitl_emu.world.camera import Renderer
@@ -32,6 +32,8 @@ from sitl_emu.world.world import World
 
 FORMATS = ("coco", "yolo", "geojson")
 JPEG_QUALITY = 95
+EVERY_S = 1.0
+"""From picture to picture of a run, unless the user says otherwise."""
 PER_METRE = 256.0
 """Depth's unit, that of KITTI's depth pictures."""
 GAP_M, LEAST_M2 = 1.0, 0.25
@@ -69,7 +71,7 @@ class Asked(NamedTuple):
     overlap: float
     views: Path | None
     vehicle: str | None
-    every_s: float
+    every_s: float | None
     formats: tuple[str, ...]
     labels: tuple[str, ...]
     size: tuple[int, int] | None
@@ -78,7 +80,7 @@ class Asked(NamedTuple):
 
 
 def plan(asked: Asked, folder: Path, say: Callable[[str], None]) -> Plan:
-    """What that comes to; `say`: what a user should know of it. Raises Trouble."""
+    """What that comes to, with the new folder that it is for; `say`: what a user should know of it. Raises Trouble."""
     if wrong := [each for each in asked.formats if each not in FORMATS]:
         raise Trouble(f"--format {wrong[0]}: give one of {', '.join(FORMATS)}")
     if asked.survey_m is not None and asked.views is not None:
@@ -86,6 +88,9 @@ def plan(asked: Asked, folder: Path, say: Callable[[str], None]) -> Plan:
     is_run = (Path(asked.source) / worlds.KEPT_AS).is_file()
     if Path(asked.source).is_dir() and not is_run and asked.source not in kinds.names():
         raise Trouble(f"{asked.source}: no folder of a run: there is no {worlds.KEPT_AS} in it")
+    for option, value in (("--vehicle", asked.vehicle), ("--every", asked.every_s)):
+        if value is not None and (not is_run or asked.survey_m is not None or asked.views is not None):
+            raise Trouble(f"{option}: for pictures that a vehicle took: name the folder of a run, without other views")
     source = str(Path(asked.source) / worlds.KEPT_AS) if is_run else asked.source
     world = worlds.build(source, asked.seed, asked.options)
     for line in worlds.not_read(world):
@@ -99,7 +104,8 @@ def plan(asked: Asked, folder: Path, say: Callable[[str], None]) -> Plan:
     elif asked.views is not None:
         chosen = views.read(asked.views, world, asked.time_s)
     elif is_run:
-        flown = views.of_run(Path(asked.source), asked.vehicle, asked.every_s)
+        every_s = EVERY_S if asked.every_s is None else asked.every_s
+        flown = views.of_run(Path(asked.source), asked.vehicle, every_s)
         width, height = asked.size or flown.lens[:2]
         lens, chosen = Intrinsics(width, height, asked.hfov_deg or flown.lens.hfov_deg), flown.views
         hangs = " from a level gimbal, straight down" if flown.on_gimbal else ""
@@ -107,6 +113,7 @@ def plan(asked: Asked, folder: Path, say: Callable[[str], None]) -> Plan:
     else:
         chosen = [views.view_of(world, look, asked.time_s) for look in views.looks(world)]
     labels = labels_of(world.description, asked.labels)
+    folders.make(folder)
     return Plan(world, chosen, lens, labels, frozenset(asked.formats), folder, asked.time_s)
 
 
@@ -142,15 +149,14 @@ def _areas(described: WorldDescription) -> dict[str, list[str]]:
 
 def write(plan: Plan) -> Iterator[int]:
     """Write it all, a picture a step; yields how many are done. Raises WorldError, OSError."""
-    plan.folder.mkdir(parents=True, exist_ok=True)
     worlds.keep(plan.world, plan.folder)
     if "geojson" in plan.formats:
         told = geojson.collection(plan.world, plan.time_s)
         (plan.folder / "truth.geojson").write_text(json.dumps(told) + "\n")
     if not plan.has_frames:
         return
-    folders = ["images", "masks", "depth"] + (["labels"] if "yolo" in plan.formats else [])
-    for name in folders:
+    parts = ["images", "masks", "depth"] + (["labels"] if "yolo" in plan.formats else [])
+    for name in parts:
         (plan.folder / name).mkdir(exist_ok=True)
     table = coco.table(plan.labels, f"{plan.world.description.name}, drawn by sitl-emu")
     eyes = Eyes(plan.world, plan.lens, plan.labels)

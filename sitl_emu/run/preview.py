@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sitl_emu.run import views, worlds
+from sitl_emu.run import folders, views, worlds
 from sitl_emu.run.views import Look
 from sitl_emu.world.camera import Renderer
 from sitl_emu.world.description import WorldError
@@ -29,16 +29,16 @@ def picture(renderer: Renderer, world: World, look: Look, time_s: float) -> npt.
 def preview(
     source: str, seed: int, options: Mapping[str, Any], folder: Path, time_s: float, say: Callable[[str], None]
 ) -> None:
-    """Write pictures, map and truth of a world by its kind or file. Raises worlds.WorldError, OSError."""
+    """Write pictures, map and truth of a world by its kind or file into a new folder. Raises Trouble, OSError."""
     world = worlds.build(source, seed, options)
-    folder.mkdir(parents=True, exist_ok=True)
-    worlds.keep(world, folder)
-    (folder / "truth.json").write_text(json.dumps(world.truth(time_s), indent=1) + "\n")
     try:
         renderer = world.scene().renderer(WIDTH, HEIGHT, FOCAL_PX)
         map_ = world.photo()
     except WorldError as error:
-        raise worlds.WorldError(str(error)) from None
+        raise worlds.WorldError(f"{source}: {error}") from None
+    folders.make(folder)
+    worlds.keep(world, folder)
+    (folder / "truth.json").write_text(json.dumps(world.truth(time_s), indent=1) + "\n")
     for look in views.looks(world):
         _write(folder / f"{look.name}.png", picture(renderer, world, look, time_s))
     if map_ is not None:

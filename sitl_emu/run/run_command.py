@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import os
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,10 +12,21 @@ from rich.console import Console
 
 from sitl_emu.missions import registry
 from sitl_emu.missions.mission import Mission
-from sitl_emu.run import checks, dds_socket, flight_logs, ground_picture, launcher, preflight, score, wiring, worlds
+from sitl_emu.run import (
+    checks,
+    dds_socket,
+    flight_logs,
+    folders,
+    ground_picture,
+    launcher,
+    preflight,
+    score,
+    wiring,
+    worlds,
+)
 from sitl_emu.run.campaign import arms
 from sitl_emu.run.live_view import open_view
-from sitl_emu.run.scenario import Scenario, find, load, read
+from sitl_emu.run.scenario import Scenario, ScenarioError, find, load, read
 from sitl_emu.run.scenario_parts.world import WorldPart
 from sitl_emu.run.trouble import Trouble, unwritable
 from sitl_emu.run.view import opening
@@ -50,7 +60,7 @@ def run_scenario(
     scenario = arms.changed(read(path), [arms.single(each) for each in vary], path) if vary else load(path)
     scenario = scenario if world is None else in_world(scenario, world)
     seed = scenario.seed if seed is None else seed
-    built = checks.check(scenario, seed, path)
+    built = checks.check(scenario, seed, path) if world is None else _checked_in(world, scenario, seed, path)
     preflight.check(scenario, first_instance, isolated=isolated)
     if video:
         preflight.check_video(scenario)
@@ -86,6 +96,19 @@ def in_world(scenario: Scenario, world: str) -> Scenario:
     """A scenario in another world: by its kind, with the same options, or by its file, which has none."""
     options = {} if worlds.is_file(world) else scenario.world.options
     return scenario.model_copy(update={"world": WorldPart(kind=world, options=options)})
+
+
+def _checked_in(world: str, scenario: Scenario, seed: int, path: Path) -> World:
+    """See `checks.check`, for a scenario that the user has put into another world."""
+    try:
+        return checks.check(scenario, seed, path)
+    except ScenarioError as error:
+        told = str(error).removeprefix(f"{path}: ")
+        remedy = ""
+        if scenario.world.options and told.startswith("world: "):
+            told = told.removeprefix("world: ")
+            remedy = f"; its options are for a world of its own: copy {path}, and give it those of {world}"
+        raise ScenarioError(f"--world {world}: {path.stem} does not fit it: {told}{remedy}") from None
 
 
 def fly(wanted: wiring.Wanted, world: World, console: Console) -> tuple[int, launcher.Ending]:
@@ -128,14 +151,7 @@ def _prepare_missions(scenario: Scenario, world: World, folder: Path, seed: int,
 def make_folder(out: Path | None, name: str) -> Path:
     """The run's folder, new or empty. Raises Trouble where it can't be written."""
     folder = out if out is not None else Path("runs") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()):
-            raise Trouble(f"--out {folder}: this folder is not empty; name a new one")
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise PermissionError(None, "Permission denied")
-    except OSError as error:
-        raise unwritable(folder, error) from None
+    folders.make(folder)
     return folder
 
 

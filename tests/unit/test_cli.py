@@ -86,6 +86,22 @@ def test_every_command_explains_itself(command: str) -> None:
         ),
         (("run", "agriculture", "--instance", "249"), "instances end at 249"),
         (("run", "agriculture", "--instance", "9"), "would share UDP port 14549"),
+        (
+            ("run", "--seed", "3"),
+            "--seed: name a scenario to run; `sitl-emu run` alone lists those that missions bring",
+        ),
+        (("run", "agriculture", "--isolated", "--instance", "3"), "--isolated and --instance: an isolated run is on"),
+        (
+            ("world", "export", "flat", "--vehicle", "uas"),
+            "--vehicle: for pictures that a vehicle took: name the",
+        ),
+        (("world", "export", "flat", "--every", "1"), "--every: for pictures that a vehicle took: name the folder of"),
+        (
+            ("run", "agriculture", "--world", "flat"),
+            "--world flat: agriculture does not fit it: world flat has no option 'size_m': only things, which any "
+            "world has; its options are for a world of its own: copy ",
+        ),
+        (("rerun", "nowhere"), "nowhere: there is no such folder; name one that `sitl-emu run` has made"),
         (("detect", "x.mp4", "--model", "field", "--score", "nan"), "--score nan: give a finite number"),
         (("world", "moon", "--vehicle", "iris"), "there is no world 'moon'; known: corn_field, debris_field"),
         (("world", "flat", "--vehicle", "iriss"), "unknown vehicle model 'iriss'"),
@@ -161,6 +177,11 @@ def test_a_launch_refuses_a_state_folder_that_cannot_hold_files(tmp_path: Path) 
         ((GOOD, ""), "a scenario is a mapping with the fields format, name"),
         ((GOOD, "- uas"), "a scenario is a mapping with the fields format, name"),
         ((GOOD, "\0"), "not YAML"),
+        (("start: home", "start: home, start: home"), "line 5: 'start' stands in line 5 already; give it once"),
+        (("vehicles:", "name: big\nvehicles:"), "line 4: 'name' stands in line 2 already; give it once"),
+        ((GOOD, 50_000 * "["), "line 1: nested too deeply; at most 100 mappings and lists in each other"),
+        (("name: small", "name: small\ntime_limit_s: true"), "time_limit_s: True: must be a number"),
+        (("start: home", "start: home, count: yes"), "vehicles.0.count: True: must be a number"),
     ],
 )
 def test_a_wrong_scenario_names_file_field_value_and_what_is_allowed(
@@ -190,6 +211,25 @@ def test_a_folder_that_is_not_empty_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "scenario.yaml").write_text(GOOD)
     status, text = call("run", str(tmp_path / "scenario.yaml"), "--out", str(tmp_path), "--instance", "100")
     assert status == 2 and "is not empty" in text
+
+
+@pytest.mark.parametrize("command", [("preview",), ("export", "--format", "geojson")])
+def test_a_world_is_not_written_over_what_a_folder_has(tmp_path: Path, command: tuple[str, ...]) -> None:
+    mine = tmp_path / "world.yaml"
+    mine.write_text("# my own\nname: plain\n")
+    status, text = call("world", *command, str(mine), "--out", str(tmp_path))
+    assert status == 2 and text == f"sitl-emu: --out {tmp_path}: this folder is not empty; name a new one"
+    assert mine.read_text() == "# my own\nname: plain\n" and len(list(tmp_path.iterdir())) == 1
+
+
+def test_an_area_that_is_too_large_for_a_map_is_told_and_leaves_no_folder(tmp_path: Path) -> None:
+    mine = tmp_path / "world.yaml"
+    mine.write_text(
+        "name: wide\narea_m: [[-100000, -100000], [-100000, 100000], [100000, 100000], [100000, -100000]]\n"
+    )
+    status, text = call("world", "preview", str(mine), "--out", str(tmp_path / "seen"))
+    assert status == 2 and "area_m: a map of 200000 x 200000 m can't be drawn; at most 4 km²" in text
+    assert not (tmp_path / "seen").exists()
 
 
 def test_a_place_that_can_not_be_written_is_named(tmp_path: Path) -> None:

@@ -43,6 +43,8 @@ F64 = npt.NDArray[np.float64]
 ERROR_PX = 0.35
 """How far a coarser level may lie from the finest, in the picture."""
 PHOTO_GSD_M = 0.2
+MOST_PHOTO_PX = 100_000_000
+"""Ours: 4 km²; to draw it takes two gigabytes."""
 ABOVE_M = 1000.0
 """From how high a photo is taken: above all that stands."""
 SKY = -1
@@ -270,10 +272,14 @@ class MeshScene:
             self.things.rotation[row], self.things.place[row] = turn, np.array(pose.place) - turn @ pose.centre_m
 
     def photo_from_above(self) -> U8:
-        """The area's rectangle, north up, uint8 RGB, a pixel every PHOTO_GSD_M."""
+        """The area's rectangle, north up, uint8 RGB, a pixel every PHOTO_GSD_M. Raises WorldError for a large one."""
         corners = np.array(self.world.description.area_m)
         (south, west), (north, east) = corners.min(axis=0), corners.max(axis=0)
         rows, columns = (max(round(float(side) / PHOTO_GSD_M), 1) for side in (north - south, east - west))
+        if rows * columns > MOST_PHOTO_PX:
+            size = f"{north - south:g} x {east - west:g} m"
+            most_km2 = MOST_PHOTO_PX * PHOTO_GSD_M**2 * 1e-6
+            raise WorldError(f"area_m: a map of {size} can't be drawn; at most {most_km2:g} km²: make it smaller")
         from_above = self.renderer(columns, rows, ABOVE_M / PHOTO_GSD_M)
         north_up = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
         middle = np.array((0.5 * (south + north), 0.5 * (west + east), -ABOVE_M))
