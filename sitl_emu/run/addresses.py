@@ -19,3 +19,11 @@ def address_of(text: str, default_port: int) -> tuple[str, int]:
         return socket.gethostbyname(host), int(port) if port else default_port
     except (OSError, UnicodeError):
         raise Trouble(f"--gcs {text}: there is no host {host!r}") from None
+
+
+def check_host(host: str, given: str) -> None:
+    """Raise Trouble for a host that nobody knows; `given`: what the user wrote, for people."""
+    try:
+        socket.getaddrinfo(host, None)
+    except (OSError, UnicodeError):
+        raise Trouble(f"{given}: there is no host {host!r}; give its name or its number, such as 127.0.0.1") from None

@@ -24,7 +24,7 @@ from sitl_emu.core.c_types import FLOAT32_MAX
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import TcpAutopilotChannel, connect
 from sitl_emu.run import models
-from sitl_emu.run.addresses import address_of
+from sitl_emu.run.addresses import address_of, check_host
 from sitl_emu.run.autopilot_host import AutopilotHost, Hosted, HostPoll, wait_for_tick
 from sitl_emu.run.link_sockets import Poll, PortInUseError
 from sitl_emu.run.trouble import Trouble
@@ -89,6 +89,7 @@ def read_airframe(file: Path) -> dict[str, Value]:
 def _hosted(options: argparse.Namespace) -> Hosted:
     """What to host. Raises AirframeError, VehicleError, Trouble, StorageError and OSError."""
     instance: int = options.instance
+    check_host(options.simulator, f"--simulator {options.simulator}")
     if options.root is not None:
         storage.prepare(options.root)
     if options.tlog is not None:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from sitl_emu.run.addresses import is_port
+from sitl_emu.run.addresses import check_host, is_port
 from sitl_emu.run.trouble import Trouble
 
 CARRIED = Path(__file__).parents[1] / "conformance"
@@ -123,7 +123,10 @@ def checked_url(url: str) -> str:
     kind, _, place = address.partition(":")
     host, _, port = place.rpartition(":")
     if kind in NETWORK_LINKS and host and is_port(port):
+        check_host(host, url)
         return address
+    if address.startswith("/") and not Path(address).exists():
+        raise Trouble(f"{address}: there is no such device; is it plugged in? `ls /dev/tty*` lists those there are")
     if not Path(address).is_char_device():
         raise Trouble(
             f"{url or 'an empty URL'}: not where an autopilot is; give udpout:127.0.0.1:18570, udpin:0.0.0.0:14550, "
@@ -217,6 +220,9 @@ class Keeper:
 
 def summary(run: Conformance) -> Iterator[str]:
     """Lines for people: what failed and why, what was skipped, and the count."""
+    if run.interrupted and not run.vehicle:
+        yield f"interrupted before an autopilot was heard on {run.url}"
+        return
     for result in run.results:
         if result.outcome == FAILED:
             yield f"failed: {result.service}: {result.test}"

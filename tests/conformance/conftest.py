@@ -28,7 +28,7 @@ REPLY_LIMIT_S = 10.0
 SILENCE_S = 1.0
 """For what must not come."""
 SETTLE_LIMIT_S = 5.0
-STATION_PORT_OFFSET = 10_000
+STATION_PORT_OFFSET, LAST_PORT = 10_000, 65535
 UNREACHABLE = 2
 """Exit status of a run that found no autopilot to measure."""
 AUTOPILOT = 1
@@ -76,7 +76,13 @@ def _speak_from_the_same_port(url: str, link: Any) -> None:
     kind, _, port = url.rpartition(":")
     if kind.startswith("udpout:"):
         with contextlib.suppress(OSError):
-            link.port.bind(("", int(port) + STATION_PORT_OFFSET))
+            link.port.bind(("", station_port(int(port))))
+
+
+def station_port(port: int) -> int:
+    """Of the station that speaks to an autopilot's port: so far above it, or below where there is no such port."""
+    above = port + STATION_PORT_OFFSET
+    return above if above <= LAST_PORT else port - STATION_PORT_OFFSET
 
 
 class Station:

@@ -296,6 +296,19 @@ def test_a_mistyped_ground_station_is_told_before_a_simulator_is_waited_for(
     assert capsys.readouterr().err == f"autopilot: --gcs {gcs}: {wanted}\n"
 
 
+def test_a_simulator_s_host_that_nobody_knows_is_told_and_not_waited_for(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def unknown(*_: object) -> None:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    monkeypatch.setattr(sys, "argv", ["autopilot", "--model", "iris", "--simulator", "nosuch.invalid"])
+    assert autopilot_command.main() == autopilot_command.BAD_INPUT
+    said = capsys.readouterr().err
+    assert said.startswith("autopilot: --simulator nosuch.invalid: there is no host 'nosuch.invalid'; give its name")
+
+
 def test_the_ground_station_may_have_a_port_as_for_a_launch(monkeypatch: pytest.MonkeyPatch) -> None:
     for gcs, port in (("127.0.0.1:14560", 14560), ("127.0.0.1", ports.GCS_REMOTE)):
         monkeypatch.setattr(sys, "argv", ["autopilot", "--model", "iris", "--gcs", gcs])

@@ -4,6 +4,7 @@ import importlib.util
 import os
 import re
 import runpy
+import socket
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -91,6 +92,30 @@ def test_a_serial_device_needs_pyserial(monkeypatch: pytest.MonkeyPatch) -> None
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "serial" else found(name))
     assert "/dev/null: a serial link needs pyserial: pip install pyserial" in refused("/dev/null", "--service", "ping")
+
+
+def test_a_host_or_a_device_that_is_not_there_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(*_: object) -> None:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    assert "/dev/ttyNONE: there is no such device" in refused("/dev/ttyNONE", "--service", "ping")
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    text = refused("udpout:nosuch.invalid:14550", "--service", "ping")
+    assert "udpout:nosuch.invalid:14550: there is no host 'nosuch.invalid'" in text
+
+
+@pytest.mark.parametrize(("port", "station"), [(18570, 28570), (55535, 65535), (55536, 45536), (65535, 55535)])
+def test_the_station_of_a_high_port_speaks_from_a_port_that_there_is(port: int, station: int) -> None:
+    spec = importlib.util.spec_from_file_location("station", conformance.FOLDER / "conftest.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.station_port(port) == station
+
+
+def test_who_stops_before_an_autopilot_was_heard_reads_just_that() -> None:
+    run = Conformance("udpout:127.0.0.1:9", "", (), interrupted=True)
+    assert list(conformance.summary(run)) == ["interrupted before an autopilot was heard on udpout:127.0.0.1:9"]
 
 
 def test_a_url_that_pymavlink_does_not_take_is_told_in_a_line() -> None:
