@@ -8,11 +8,12 @@ from typing import Any
 from sitl_emu import vehicles
 from sitl_emu.missions import registry
 from sitl_emu.missions.mission import Setting
-from sitl_emu.run import cameras, models, worlds
+from sitl_emu.run import cameras, models, starts, worlds
 from sitl_emu.run.scenario import Scenario, ScenarioError
 from sitl_emu.run.scenario_parts.faults import FaultPart
 from sitl_emu.run.scenario_parts.vehicle import VehiclePart
 from sitl_emu.world.lens import MOUNTS, LensError, source_of
+from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.world import World
 
 
@@ -39,9 +40,18 @@ def check(scenario: Scenario, seed: int, path: Path) -> World:
                     registry.make_companion(vehicle.companion.mission, options)
             except registry.MissionError as error:
                 raise ScenarioError(f"{where}.companion: {error}") from None
+    _check_starts(scenario, world, seed, f"{path}: vehicles")
     for number, fault in enumerate(scenario.faults):
         _check_fault(scenario, fault, f"{path}: faults.{number}")
     return world
+
+
+def _check_starts(scenario: Scenario, world: World, seed: int, where: str) -> None:
+    """Raise ScenarioError where a vehicle would start in something."""
+    parts = scenario.vehicles
+    simulators = [starts.simulator(each.name, each.model_data, each.start, world, seed) for each in parts]
+    if told := Simulation(simulators, world.solids, world.areas).begins_in([each.name for each in parts]):
+        raise ScenarioError(f"{where}: {told}; give it another `start`")
 
 
 def _check_model(vehicle: VehiclePart, where: str) -> None:

@@ -29,7 +29,9 @@ from sitl_emu.core.simulator_api import (
     VideoState,
 )
 from sitl_emu.run.pacing import Pacer
-from sitl_emu.world.contacts import told
+from sitl_emu.run.site import NO_ROOM
+from sitl_emu.run.trouble import Trouble
+from sitl_emu.world import contacts
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
 
@@ -108,8 +110,10 @@ class Fleet:
         """`simulation` holds the simulators of `members`, in their order; `say` tells who ended or crashed.
 
         `photographer`: who draws the pictures that their cameras take, if anybody does. `ros`: who tells ROS 2 of the
-        world, if anybody does: while all goes at the asked speed.
+        world, if anybody does: while all goes at the asked speed. Raises Trouble where a vehicle stands in something.
         """
+        if told := simulation.begins_in([member.name for member in members]):
+            raise Trouble(f"{told}; {NO_ROOM}")
         self._photographer, self._ros = photographer, ros
         self._simulation, self._wait, self._say = simulation, wait, say
         self._flying = dict(enumerate(members))
@@ -142,7 +146,7 @@ class Fleet:
         if self._ros is not None:
             self._ros.sensed(sensed)
         for impact in self._simulation.impacts():
-            self._say(told(impact, self._names))
+            self._say(contacts.told(impact, self._names))
         for news in self._simulation.parcels_told():
             self._say(f"{self._names[news.place]}: {news.what}: {news.text}")
         if self._photographer is not None:

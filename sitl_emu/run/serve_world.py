@@ -65,12 +65,14 @@ def serve_world(
     signal.signal(signal.SIGTERM, stop)
     try:
         simulators = [here.simulator(each, place, f"vehicle{place}") for place, each in enumerate(described)]
+        simulation = Simulation(simulators, here.solids, here.areas)
+        if held := simulation.begins_in(models):
+            raise Trouble(f"{held}; {site.NO_ROOM}")
         for place, model in enumerate(models):
             say(f"{model}: waiting for its autopilot on TCP {ports.simulator(instance + place)}")
         channels = [OutsideChannel(each.accept(), vehicle) for each, vehicle in zip(listeners, described, strict=True)]
         say("all autopilots are connected")
         settle()
-        simulation = Simulation(simulators, here.solids, here.areas)
         _serve(simulation, channels, math.inf if speed is None else speed, models, say)
         say("all autopilots were shut down; the world ends")
         return 0

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from sitl_emu.world.world import World
 
 SPACING_M = 3.0
+NO_ROOM = (
+    "vehicles stand in a row, 3 m apart, from the world's place `home` eastwards: take fewer, or a world with room"
+)
+"""What to do about one that stands in something."""
 
 
 class Site(NamedTuple):

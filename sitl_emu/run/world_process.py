@@ -15,7 +15,7 @@ from pathlib import Path
 from sitl_emu.core import ports
 from sitl_emu.core.simulator_api import ChannelClosed
 from sitl_emu.core.tcp_channel import SimulatorListener
-from sitl_emu.run import models, worlds
+from sitl_emu.run import starts, worlds
 from sitl_emu.run.carried import Carried
 from sitl_emu.run.conductor import BARRIER_TICKS, Conductor, VehicleInRun
 from sitl_emu.run.configs import ROOTFS, VehicleData, WorldConfig
@@ -50,7 +50,6 @@ from sitl_emu.run.recorder import RunRecorder
 from sitl_emu.run.ros.seen import SeenByRos
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
-from sitl_emu.world.world import World
 
 LARGEST_DATAGRAM_BYTES = 65535
 RECEIVE_BUFFER_BYTES = 4 << 20
@@ -116,7 +115,10 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
     over = Over("")
     conductor, stopwatch = None, Stopwatch()
     try:
-        simulators = [_simulator(vehicle, world, config.seed) for vehicle in config.vehicles]
+        simulators = [
+            starts.simulator(vehicle.name, vehicle.model, vehicle.start, world, config.seed)
+            for vehicle in config.vehicles
+        ]
         simulation = Simulation(simulators, world.solids, world.areas)
         members = [
             _vehicle(vehicle, simulator, listener, Path(config.folder))
@@ -142,22 +144,6 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
 def _simulator_port(data: VehicleData) -> int:
     """Where the autopilot is to find its simulator; 0: on any free port."""
     return ports.simulator(data.instance) if data.isolated is None else 0
-
-
-def _simulator(data: VehicleData, world: World, seed: int) -> VehicleSimulator:
-    place = world.places[data.start] if isinstance(data.start, str) else data.start
-    return VehicleSimulator(
-        models.as_set(data.model),
-        world.home._replace(heading_deg=place.heading_deg),
-        seed=seed,
-        terrain=world.terrain,
-        wind=world.wind,
-        start_north_m=place.north_m,
-        start_east_m=place.east_m,
-        name=data.name,
-        obstacles=world.solids,
-        areas=world.areas,
-    )
 
 
 def _vehicle(data: VehicleData, simulator: VehicleSimulator, listener: SimulatorListener, folder: Path) -> VehicleInRun:

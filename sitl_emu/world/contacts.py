@@ -26,7 +26,10 @@ PICKS_UP_M_S = 10.0
 TOUCH_M_S = 0.3
 """Ours: slower meetings (standing against a wall, being pushed along) are no events."""
 AGAIN_US = 1_000_000
-"""A vehicle that goes on touching the same thing says so again after this time at the earliest."""
+"""A vehicle that goes on touching the same thing says so again after this time at the earliest; a wreck, which lies
+where it fell, only when it has not touched it for so long."""
+SUNK_M = 0.05
+"""Ours: who stands deeper in something where it starts stands in it; less is how bodies' spheres are rounded."""
 GROUND = "ground"
 WEIGHS_IN_WATER = 0.2
 """Ours: share of a multicopter's weight that its displacement leaves: it sinks."""
@@ -107,6 +110,31 @@ class Contacts:
             self._meet_ground(now_us, place)
             if self._areas is not None:
                 self._meet_water(now_us, place, self._areas)
+
+    def begins_in(self, names: Sequence[str]) -> str:
+        """Which vehicle stands in a solid, in water or in another, for people; `names` by place; empty: none does."""
+        for place, other in self._held():
+            body = self._simulators[place].dynamics
+            at = f"{body.north_m:.1f} m north, {body.east_m:.1f} m east of the world's origin"
+            return f"{names[place]} would start in {other}, {at}"
+        for one, other_place in self._pair_us:
+            mine, theirs = self._simulators[one], self._simulators[other_place]
+            if any(contact.depth_m > SUNK_M for contact in _between(_spheres(mine), _spheres(theirs), "")):
+                return f"{names[other_place]} would start in {names[one]}"
+        return ""
+
+    def _held(self) -> list[tuple[int, str]]:
+        """Who stands in what solid or water, by place."""
+        found = list[tuple[int, str]]()
+        for place in self._places:
+            body = self._simulators[place].dynamics
+            at = (body.north_m, body.east_m, body.down_m)
+            if self._solids is not None:
+                near = self._solids.touching(self._numbers[place], at, body.q, 0.0)
+                found += [(place, contact.other) for contact in near if contact.depth_m > SUNK_M]
+            if self._areas is not None and (water := self._areas.water_at(*at)) is not None:
+                found.append((place, water.name))
+        return found
 
     def look_again(self) -> None:
         """Something is there that was not."""
@@ -202,8 +230,10 @@ class Contacts:
             simulator.dynamics.wreck()
         whom = (place, other, other_place)
         told_us = self._told.get(whom)
-        if crash or told_us is None or now_us - told_us >= AGAIN_US:
+        again = crash or told_us is None or now_us - told_us >= AGAIN_US
+        if again or simulator.dynamics.wrecked:  # a wreck has to be away from it for so long
             self._told[whom] = now_us
+        if again:
             self.impacts.append(Impact(now_us, place, simulator.name, other, other_place, speed_m_s, crash, in_water))
 
 

@@ -60,6 +60,10 @@ class Simulation:
         self._contacts.update(self._ticks * TICK_US, self.faults)
         return said
 
+    def begins_in(self, names: Sequence[str]) -> str:
+        """Which vehicle stands in something that it could not stand in, for people; empty where none does."""
+        return self._contacts.begins_in(names)
+
     def impacts(self) -> list[Impact]:
         """What vehicles have met since this was asked last."""
         if not self._contacts.impacts:

@@ -222,6 +222,18 @@ def test_a_world_is_not_written_over_what_a_folder_has(tmp_path: Path, command: 
     assert mine.read_text() == "# my own\nname: plain\n" and len(list(tmp_path.iterdir())) == 1
 
 
+def test_a_vehicle_that_would_start_in_something_is_told_before_the_run(tmp_path: Path) -> None:
+    (tmp_path / "town.yaml").write_text(
+        "name: town\nsolids: [{name: shed, north_m: 0, east_m: 0, box: {size_m: [6, 6, 4]}}]\n"
+    )
+    file = tmp_path / "scenario.yaml"
+    file.write_text(GOOD.replace("{kind: corn_field}", "town.yaml"))
+    status, text = call("run", str(file), "--out", str(tmp_path / "run"))
+    assert status == 2 and f"{file}: vehicles: uas would start in shed, 0.0 m north, 0.0 m east of the world's" in text
+    status, text = call("launch", "iris", "--world", str(tmp_path / "town.yaml"), "--state", str(tmp_path / "state"))
+    assert status == 2 and "iris (instance 0) would start in shed" in text and "a world with room" in text
+
+
 def test_an_area_that_is_too_large_for_a_map_is_told_and_leaves_no_folder(tmp_path: Path) -> None:
     mine = tmp_path / "world.yaml"
     mine.write_text(

@@ -158,6 +158,48 @@ def test_px4s_own_vehicles_fall_unharmed_as_in_sih() -> None:
     assert simulation.impacts() == [] and not hexacopter.dynamics.wrecked
 
 
+def test_a_wreck_tells_once_what_it_lies_against() -> None:
+    """What keeps pushing it there, as gusts do, is no new meeting."""
+    wall = {"name": "wall", "north_m": 25.5, "east_m": 0.0, "box": {"size_m": [1.0, 50.0, 400.0]}}
+    world = World(read({"name": "x", "solids": [wall]}, "x"), Path())
+    flying = in_the_air("iris", 0.0, world=world)
+    flying.dynamics.shift(22.0, 0.0, 0.0)
+    push(flying, north_m_s=8.0)
+    simulation = Simulation([flying], world.solids)
+    assert until_impact(simulation)[0].crash
+    for _ in range(500):
+        simulation.tick([None])
+        push(flying, north_m_s=0.5)
+    assert simulation.impacts() == []
+
+
+@pytest.mark.parametrize(
+    ("part", "told"),
+    [
+        (
+            {"solids": [{"name": "shed", "north_m": 1, "east_m": 0, "box": {"size_m": [6, 6, 4]}}]},
+            "would start in shed, ",
+        ),
+        (
+            {"water": [{"name": "pond", "polygon_m": [[-9, -9], [-9, 9], [9, 9], [9, -9]], "level_m": 2}]},
+            "in pond, 0.0 m",
+        ),
+        ({"solids": [{"name": "pad", "north_m": 0, "east_m": 9, "box": {"size_m": [4, 4, 1]}}]}, ""),
+    ],
+)
+def test_who_starts_in_something_is_named_with_it(part: dict[str, object], told: str) -> None:
+    world = World(read({"name": "x", **part}, "x"), Path())
+    standing = VehicleSimulator(vehicles.load("iris"), HOME, 1, FlatGround(), name="a", obstacles=world.solids)
+    said = Simulation([standing], world.solids, world.areas).begins_in(["uas"])
+    assert told in said and (said.startswith("uas would start in") if told else not said)
+
+
+def test_who_starts_in_another_is_named_with_it() -> None:
+    one, near, apart = (in_the_air(name, east_m) for name, east_m in (("one", 0.0), ("near", 0.2), ("apart", 3.0)))
+    assert Simulation([one, apart]).begins_in(["uas", "ugv"]) == ""
+    assert Simulation([one, near]).begins_in(["uas", "ugv"]) == "ugv would start in uas"
+
+
 def test_a_wreck_stays_one_when_a_motor_that_had_failed_comes_back() -> None:
     one, other = in_the_air("one", 0.0), in_the_air("other", 2.0)
     one.motor_off[0] = True
