@@ -24,7 +24,7 @@ class LinkLogs:
             if path.exists():
                 text = "there is a telemetry log of this name already; name another folder with --tlog"
                 raise FileExistsError(errno.EEXIST, text, str(path))
-        self._writers = [TlogWriter(path) for path in paths]
+        self._writers = [_begun(path) for path in paths]
         self._must_log = must_log
 
     def write(self, unix_us: int, link: int, datagram: bytes) -> None:
@@ -55,3 +55,13 @@ class LinkLogs:
         if self._must_log:
             raise error
         print(f"sitl-emu: telemetry log {writer.path}: {error.strerror or error}; logging stops", file=sys.stderr)
+
+
+def _begun(path: Path) -> TlogWriter:
+    """A log; raises OSError with the number of what the system said, and the log's own text for people."""
+    try:
+        return TlogWriter(path)
+    except OSError as error:
+        cause = error.__cause__
+        number = cause.errno if isinstance(cause, OSError) and cause.errno is not None else errno.EIO
+        raise OSError(number, str(error)) from None

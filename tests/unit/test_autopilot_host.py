@@ -269,6 +269,12 @@ def test_the_logs_of_an_earlier_launch_are_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "iris-0-onboard.tlog").read_bytes() == b"precious"
 
 
+def test_a_log_that_cannot_be_begun_says_why(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match=r"can't write telemetry log .*: No such file") as refused:
+        LinkLogs(tmp_path / "no" / "iris-0", ["gcs"])
+    assert refused.value.errno == errno.ENOENT and "choose another folder" in (refused.value.strerror or "")
+
+
 def no_space(*_: object) -> None:
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
