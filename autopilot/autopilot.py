@@ -31,6 +31,7 @@ from sitl_emu.autopilot.payload import camera_trigger
 from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
 from sitl_emu.autopilot.payload.gimbal import Gimbal
 from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
+from sitl_emu.autopilot.sensors.baro_gnss_calibration import BaroGnssCalibration
 from sitl_emu.autopilot.sensors.gyro_calibration import GyroCalibration
 from sitl_emu.autopilot.sensors.in_flight_calibration import InFlightCalibration
 from sitl_emu.autopilot.sensors.sensor_failover import SensorFailover
@@ -89,6 +90,7 @@ class Autopilot:
         self.vehicle_imu = VehicleImu(self.topics)
         self.in_flight_calibration = InFlightCalibration(self.topics, self.parameters)
         self.gyro_calibration = GyroCalibration(self.topics, self.parameters)
+        self.baro_gnss_calibration = BaroGnssCalibration(self.topics, self.parameters)
         self.mag_failover = SensorFailover("MAG", self.sensors.mag_validator, self.texts.of("vehicle_magnetometer"))
         self.baro_failover = SensorFailover("BARO", self.sensors.baro_validator, self.texts.of("vehicle_air_data"))
         self.estimator = Estimator(*shared)
@@ -149,6 +151,7 @@ class Autopilot:
             self.parameter_corrections.update(now_us)
             self.in_flight_calibration.update(now_us)
             self.gyro_calibration.update(now_us)
+            self.baro_gnss_calibration.update()
             self.mag_failover.update(now_us)
             self.baro_failover.update(now_us)
         if ticks % COMMANDER_EVERY == 0:
