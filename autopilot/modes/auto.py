@@ -3,7 +3,8 @@
 Behaves as PX4's FlightTaskAuto (src/modules/flight_mode_manager/tasks/Auto, v1.18): MPC_XY_CRUISE or the triplet's
 cruising speed, MPC_ACC_HOR, MPC_JERK_AUTO, MPC_Z_V_AUTO_*, corners cut at the acceptance radius, heading by
 MPC_YAW_MODE with MPC_YAWRAUTO_*. The type of the current setpoint makes it take off or land. Sticks count where
-MPC_AUTO_NUDGING lets them (`nudging.py`). It avoids no obstacles.
+MPC_AUTO_NUDGING lets them (`nudging.py`). It avoids no obstacles. Where nothing is known of the Earth, its local frame
+begins at latitude, longitude and altitude 0.
 """
 
 import math
@@ -61,6 +62,7 @@ FAR_M: Final = 2.0
 """Faster, and farther from its target than this, a trajectory has a bearing to look along."""
 CLIMB_FIRST_M: Final = 1.0
 """So far above where it left the ground, height comes before place."""
+NOWHERE: Final = (NAN, NAN)
 AT_REST: Final = ((0.0, 0.0, 0.0),) * 3
 """Position, velocity, acceleration."""
 
@@ -76,13 +78,15 @@ class Auto:
         self._weather_vane = WeatherVane(topics, parameters)
         self._smoothing = PositionSmoothing()
         self._heading = HeadingSmoothing()
-        self._projection: MapProjection | None = None
+        self._projection = MapProjection(0.0, 0.0)
         self._reference_timestamp = -1
         self._resets = (0, 0, 0, 0, 0)
         self._triplet: PositionSetpointTriplet | None = None
         self._previous: Vector3 = NAN3
         self._current: Vector3 = NAN3
         self._next: Vector3 = NAN3
+        self._locked_place: tuple[float, float] = NOWHERE
+        """Where the vehicle was when a setpoint without a place came, as long as none with a place does."""
         self._acceptance_m = 0.0
         self._kind: int = SetpointType.LOITER
         """Of the setpoint flown last."""
@@ -130,6 +134,7 @@ class Auto:
         Begun anew on the ground it knows that it does: else nobody would take off (FlightTaskAuto::_yaw_sp_aligned).
         """
         self._yaw_aligned = False
+        self._locked_place = NOWHERE
         self._land_nudge.forget()
         self._smoothing.reset(*AT_REST)
 
@@ -293,23 +298,23 @@ class Auto:
             if heading:
                 self._heading.turned(local.delta_heading)
                 self._yaw = wrap_pi(self._yaw + local.delta_heading)
-        if local.ref_timestamp != self._reference_timestamp or self._projection is None:
-            if math.isfinite(local.ref_lat):
-                self._reference_timestamp = local.ref_timestamp
-                self._projection = MapProjection(local.ref_lat, local.ref_lon)
+        if local.ref_timestamp != self._reference_timestamp:
+            self._reference_timestamp = local.ref_timestamp
+            lat, lon = (local.ref_lat, local.ref_lon) if math.isfinite(local.ref_lat) else (0.0, 0.0)
+            self._projection = MapProjection(lat, lon)
             self._triplet = None
 
     def _update_waypoints(self, triplet: PositionSetpointTriplet, local: VehicleLocalPosition) -> None:
         current = triplet.current
-        if self._projection is None or not _is_known(current):
+        if not _is_known(current):
             self._triplet = None
             self._previous = self._current = self._next = (local.x, local.y, local.z)
             self._acceptance_m = _acceptance(current)
             return
         if self._is_new(triplet):
             self._current = self._local(current, local)
-            self._previous = self._local(triplet.previous, local) if triplet.previous.valid else self._current
-            follows = triplet.next.valid and current.type != SetpointType.LOITER
+            self._previous = self._local(triplet.previous, local) if _has_place(triplet.previous) else self._current
+            follows = _has_place(triplet.next) and current.type != SetpointType.LOITER
             self._next = self._local(triplet.next, local) if follows else self._current
             self._acceptance_m = _acceptance(current)
         self._triplet = triplet
@@ -331,12 +336,15 @@ class Auto:
         )
 
     def _local(self, setpoint: PositionSetpoint, local: VehicleLocalPosition) -> Vector3:
-        """A setpoint in the local frame; the vehicle's own place where it has none."""
-        north, east = local.x, local.y
-        if self._projection is not None and math.isfinite(setpoint.lat) and math.isfinite(setpoint.lon):
+        """A setpoint in the local frame; without a place it is where the vehicle was when the first such came."""
+        if math.isfinite(setpoint.lat) and math.isfinite(setpoint.lon):
+            self._locked_place = NOWHERE
             north, east = self._projection.project(setpoint.lat, setpoint.lon)
-        down = local.ref_alt - setpoint.alt
-        return north, east, down if math.isfinite(down) else local.z
+        else:
+            if not math.isfinite(self._locked_place[0]):
+                self._locked_place = local.x, local.y
+            north, east = self._locked_place
+        return north, east, (local.ref_alt if math.isfinite(local.ref_alt) else 0.0) - setpoint.alt
 
     # --- heading -----------------------------------------------------------------------------------------
 
@@ -409,6 +417,10 @@ class Auto:
             self._yaw_aligned = True
         if abs(self._yawspeed) >= self._yaw_rate:
             self._yaw_aligned = False
+
+
+def _has_place(setpoint: PositionSetpoint) -> bool:
+    return _is_known(setpoint) and math.isfinite(setpoint.lat) and math.isfinite(setpoint.lon)
 
 
 def _is_known(setpoint: PositionSetpoint) -> bool:

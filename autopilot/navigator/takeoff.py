@@ -1,7 +1,8 @@
 """TAKEOFF: climb to the height of NAV_TAKEOFF, or MIS_TAKEOFF_ALT above the ground; never descend.
 
 PX4's Takeoff (src/modules/navigator/takeoff.cpp, v1.18). What does not fly is there as soon as it counts as in the air,
-and drives back to where it was then, whatever place the command named.
+and drives back to where it was then, whatever place the command named. Where nothing is known of the Earth, the vehicle
+is at 0, 0 and 0 m, as in PX4's memory: it climbs by MIS_TAKEOFF_ALT, and never counts as there.
 """
 
 import math
@@ -9,7 +10,10 @@ import math
 from sitl_emu.autopilot.constants import SetpointType, Severity
 from sitl_emu.autopilot.navigator.mission_block import TAKEOFF, Reached, Target
 from sitl_emu.autopilot.navigator.state import NavigatorState
-from sitl_emu.autopilot.topics import VehicleCommand
+from sitl_emu.autopilot.topics import VehicleCommand, VehicleGlobalPosition
+
+NOWHERE = VehicleGlobalPosition(lat=0.0, lon=0.0, alt=0.0)
+"""As long as nobody has told a place (EKF2::PublishGlobalPosition: without an origin nobody does)."""
 
 
 class Takeoff:
@@ -27,7 +31,7 @@ class Takeoff:
         Without a place it is where the vehicle is now, also where it takes off later (Navigator::run).
         """
         if not (math.isfinite(command.param5) and math.isfinite(command.param6)):
-            position = self._state.position
+            position = self._position()
             command = command._replace(param5=position.lat, param6=position.lon)
         self._command = command
         self._target = None
@@ -60,10 +64,14 @@ class Takeoff:
         setpoint = state.setpoint(kind, lat, lon, alt_m, acceptance_radius_m=radius_m)
         state.fly(setpoint._replace(loiter_radius=current.loiter_radius))
 
+    def _position(self) -> VehicleGlobalPosition:
+        position = self._state.position
+        return position if position.timestamp else NOWHERE
+
     def _begin(self) -> None:
         state, command = self._state, self._command
         self._command = None
-        position = state.position
+        position = self._position()
         lat, lon = position.lat, position.lon
         if command is not None and math.isfinite(command.param7):
             alt = command.param7

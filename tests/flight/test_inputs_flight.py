@@ -53,6 +53,23 @@ def test_without_gps_it_flies_by_what_is_seen() -> None:
     assert math.hypot(pilot.truth.north_m - there.north_m, pilot.truth.east_m - there.east_m) < 0.5
 
 
+def test_without_gps_it_takes_off_by_mis_takeoff_alt_and_lands_where_it_was_told_to() -> None:
+    """Nothing is known of the Earth: the local frame begins at 0, 0, 0 (FlightTaskAuto::_evaluateGlobalReference)."""
+    pilot = Pilot("iris", EKF2_GPS_CTRL=0, EKF2_EV_CTRL=15, MIS_TAKEOFF_ALT=6.0)
+    pilot.every(30.0, lambda: seen(pilot))
+    pilot.run(10.0)
+    pilot.command(22, 0, 0, 0, math.nan, math.nan, math.nan, math.nan)
+    pilot.until_armable()
+    pilot.command(ARM, 1)
+    pilot.until(lambda: -pilot.truth.down_m > 5.5, 30.0)
+    pilot.run(3.0)
+    assert -pilot.truth.down_m == pytest.approx(6.0, abs=0.3)
+    pilot.command(SET_MODE, 1, 4, 6)
+    pilot.simulator.sih_wind_n = -4.0
+    pilot.until_disarmed()
+    assert math.hypot(pilot.truth.north_m, pilot.truth.east_m) < 0.5
+
+
 def test_it_lands_on_a_target() -> None:
     pilot = Pilot("m600")
     pilot.take_off(10.0)
