@@ -25,7 +25,7 @@ TICK_S: Final = 0.004
 STEP_US: Final = 100_000
 """Between two steps of the state machine, and of the signal."""
 FILTERS_US: Final = 4_000_000
-"""PX4 measures its loop's rate over 1000 samples first."""
+"""PX4 measures its loop's rate over 1000 samples before, once since its start (checkFilters)."""
 LEAST_AXIS_US: Final = 5_000_000
 PAUSE_US: Final = 2_000_000
 TEST_US: Final = 4_000_000
@@ -163,8 +163,9 @@ class McAutotune:
             self._before = {}
             self._enter(now_us, State.INIT)
         elif state is State.INIT:
-            if for_us >= FILTERS_US:
-                self._make_model()
+            if self._model is None and for_us >= FILTERS_US:
+                self._model = self._new_model()
+            if self._model is not None:
                 self._shake(now_us, State.ROLL)
         elif state in SHAKES:
             if self._settled and for_us > LEAST_AXIS_US:
@@ -219,13 +220,13 @@ class McAutotune:
 
     # --- model and gains ------------------------------------------------------------------------------------
 
-    def _make_model(self) -> None:
+    def _new_model(self) -> SystemIdentification:
         cutoff_hz = float(self._parameters["IMU_GYRO_CUTOFF"])
         shortest_s, longest_s = MODEL_S
         model_s = max(shortest_s, min(longest_s, max(quotient(0.5, cutoff_hz), TICK_S)))
         self._fit_every = max(int(model_s / TICK_S), 1)
         self._model_s = self._fit_every * TICK_S
-        self._model = SystemIdentification(TICK_S, self._model_s, cutoff_hz)
+        return SystemIdentification(TICK_S, self._model_s, cutoff_hz)
 
     def _shake(self, now_us: int, state: State) -> None:
         assert self._model is not None

@@ -78,6 +78,18 @@ def test_on_the_ground_nothing_settles_and_it_fails() -> None:
     assert (desk.autotune.state, desk.autotune.rates) == (State.IDLE, None)
 
 
+def test_the_second_time_it_shakes_at_once() -> None:
+    desk = Desk()
+    desk.ask()
+    desk.run(5.0)
+    desk.topics.vehicle_status = desk.topics.vehicle_status._replace(nav_state=NavState.AUTO_LAND)
+    desk.run(3.0)
+    assert desk.autotune.state is State.IDLE
+    desk.ask()
+    desk.run(0.3)
+    assert desk.autotune.state is State.ROLL
+
+
 def test_sticks_and_another_mode_end_it() -> None:
     desk = Desk()
     desk.ask()
