@@ -7,6 +7,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from sitl_emu.vehicles.description import Vehicle
+
 Quaternion = tuple[float, float, float, float]
 Vector3 = tuple[float, float, float]
 Height = Callable[[float, float], float]
@@ -44,6 +46,10 @@ class Dynamics:
     """What the battery's voltage leaves of the motors' speed, 0..1; whoever steps the battery sets it."""
     wrecked: bool
     """Whether a crash has ended its driving."""
+
+    def describe(self, vehicle: Vehicle) -> None:
+        """Take other figures of the same vehicle, as it moves."""
+        raise NotImplementedError
 
     def motor_speeds(self) -> Sequence[float]:
         """Of the motors, over the greatest, 0..1; none where they are not modelled."""

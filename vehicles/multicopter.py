@@ -66,36 +66,13 @@ class Multicopter(Dynamics):
         surface: Surface | None = None,
     ) -> None:
         """`surface`: what else than the ground may carry it. Raises ValueError for a vehicle without propulsion."""
-        if vehicle.propulsion is None or vehicle.aerodynamics is None or vehicle.gear is None:
-            raise ValueError(f"{vehicle.model} is no multicopter")
-        propulsion, air, gear = vehicle.propulsion, vehicle.aerodynamics, vehicle.gear
+        self.describe(vehicle)
+        gear, rotors = self._gear, len(self._rotors)
         self._height, self._surface = height, surface
         self._gravity = gravity_m_s2
-        self._alone = vehicle.mass_kg, vehicle.inertia_kg_m2, air.quadratic_n_s2_m2
-        self._mass, offset, self._inertia = laden(vehicle)
-        self._offset: Vector3 | None = offset if vehicle.parcel is not None else None
-        """The centre of mass, from the body's origin; None: there."""
-        self._gear_height = gear.height_m
-        self._half_length, self._half_width, self._friction = gear.half_length_m, gear.half_width_m, gear.friction
-        self._is_px4s, self._held = gear.is_px4s, False
-        x, y, z = air.quadratic_n_s2_m2
-        hangs = 0.5 * AIR_KG_M3 * vehicle.parcel.drag_m2 if vehicle.parcel is not None else 0.0
-        self._linear, self._quadratic = air.linear_n_s_m, (x + hangs, y + hangs, z + hangs)
-        self._has_quadratic = any(self._quadratic)
-        self._angular = air.angular_n_m_s
-        self._lag = 1.0 - math.exp(-STEP_S / propulsion.time_constant_s)
-        self._thrust_max = propulsion.thrust_max_n
-        self._power_max = propulsion.power_max_w
-        signs = [1.0 if rotor.turns == "ccw" else -1.0 for rotor in propulsion.rotors]
-        t_max = propulsion.thrust_max_n
-        yaw_arm, momentum = propulsion.torque_per_thrust_m * t_max, propulsion.angular_momentum_max_kg_m2_s
-        # a rotor that turns ccw (negative about body z) pushes the body the other way
-        self._rotors = [
-            (i, -rotor.position_m[1] * t_max, rotor.position_m[0] * t_max, sign * yaw_arm, -sign * momentum)
-            for i, (rotor, sign) in enumerate(zip(propulsion.rotors, signs, strict=True))
-        ]
-        self.motor_off = [False] * len(signs)
-        self._still = (0.0,) * len(signs)
+        self._held = False
+        self.motor_off = [False] * rotors
+        self._still = (0.0,) * rotors
         self.speeds = list(self._still)
         """Rotor speeds over the greatest, 0..1."""
         self.north_m, self.east_m = north_m, east_m
@@ -120,6 +97,39 @@ class Multicopter(Dynamics):
         up = from_body_down(self.q)
         self.ax_m_s2, self.ay_m_s2, self.az_m_s2 = (-gravity_m_s2 * component for component in up)
         self._check_in = 0
+
+    def describe(self, vehicle: Vehicle) -> None:
+        """From now on it is as heavy, strong and wide as this vehicle, which has as many rotors and its parcel.
+
+        Raises ValueError for a vehicle without propulsion.
+        """
+        if vehicle.propulsion is None or vehicle.aerodynamics is None or vehicle.gear is None:
+            raise ValueError(f"{vehicle.model} is no multicopter")
+        propulsion, air, gear = vehicle.propulsion, vehicle.aerodynamics, vehicle.gear
+        self._gear = gear
+        self._alone = vehicle.mass_kg, vehicle.inertia_kg_m2, air.quadratic_n_s2_m2
+        self._mass, offset, self._inertia = laden(vehicle)
+        self._offset: Vector3 | None = offset if vehicle.parcel is not None else None
+        """The centre of mass, from the body's origin; None: there."""
+        self._gear_height = gear.height_m
+        self._half_length, self._half_width, self._friction = gear.half_length_m, gear.half_width_m, gear.friction
+        self._is_px4s = gear.is_px4s
+        x, y, z = air.quadratic_n_s2_m2
+        hangs = 0.5 * AIR_KG_M3 * vehicle.parcel.drag_m2 if vehicle.parcel is not None else 0.0
+        self._linear, self._quadratic = air.linear_n_s_m, (x + hangs, y + hangs, z + hangs)
+        self._has_quadratic = any(self._quadratic)
+        self._angular = air.angular_n_m_s
+        self._lag = 1.0 - math.exp(-STEP_S / propulsion.time_constant_s)
+        self._thrust_max = propulsion.thrust_max_n
+        self._power_max = propulsion.power_max_w
+        signs = [1.0 if rotor.turns == "ccw" else -1.0 for rotor in propulsion.rotors]
+        t_max = propulsion.thrust_max_n
+        yaw_arm, momentum = propulsion.torque_per_thrust_m * t_max, propulsion.angular_momentum_max_kg_m2_s
+        # a rotor that turns ccw (negative about body z) pushes the body the other way
+        self._rotors = [
+            (i, -rotor.position_m[1] * t_max, rotor.position_m[0] * t_max, sign * yaw_arm, -sign * momentum)
+            for i, (rotor, sign) in enumerate(zip(propulsion.rotors, signs, strict=True))
+        ]
 
     def step(self, controls: tuple[float, ...], wind_n_m_s: float, wind_e_m_s: float, wind_d_m_s: float) -> None:
         """Advance by 4 ms; too few controls count as zeros."""

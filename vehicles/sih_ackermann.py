@@ -60,11 +60,8 @@ class SihAckermann(Dynamics):
         lon_deg: float = 0.0,
     ) -> None:
         """`lat_deg`, `lon_deg`: the world's origin, which matters for the drag. ValueError for another vehicle."""
-        if vehicle.sih_rover is None:
-            raise ValueError(f"{vehicle.model} is no SIH rover")
-        self._rover = vehicle.sih_rover
-        self._mass, self._izz = vehicle.mass_kg, vehicle.inertia_kg_m2[2]
-        self._weight = self._mass * gravity_m_s2
+        self._place = lat_deg, lon_deg, gravity_m_s2
+        self.describe(vehicle)
         self._height = height
         lat, lon = math.radians(lat_deg), math.radians(lon_deg)
         # rows: Earth-fixed axes in north, east and down components
@@ -76,8 +73,6 @@ class SihAckermann(Dynamics):
         self._turning = -2.0 * EARTH_SPIN_RATE * math.cos(lat)
         self._depth_m = self._sinking_m_s = 0.0
         self._is_held = False
-        self._falls = rounds_away(lat_deg, lon_deg, gravity_m_s2, self._mass)
-        self._lag = STEP_S / self._rover.thrust_time_constant_s
         self._steering = self._throttle = 0.0
         self._yaw = yaw_rad
         self._ground_m = -height(north_m, east_m)
@@ -91,6 +86,16 @@ class SihAckermann(Dynamics):
         self.running = False
         self.drive = 1.0
         self.wrecked = False
+
+    def describe(self, vehicle: Vehicle) -> None:
+        """See Dynamics. ValueError for what is no SIH rover."""
+        if vehicle.sih_rover is None:
+            raise ValueError(f"{vehicle.model} is no SIH rover")
+        self._rover = vehicle.sih_rover
+        self._mass, self._izz = vehicle.mass_kg, vehicle.inertia_kg_m2[2]
+        self._weight = self._mass * self._place[2]
+        self._falls = rounds_away(*self._place, self._mass)
+        self._lag = STEP_S / self._rover.thrust_time_constant_s
 
     def motor_speeds(self) -> tuple[float, ...]:
         """Of the motor, over the greatest, as SIH's speed controller tells it: never backwards."""

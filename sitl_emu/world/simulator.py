@@ -143,6 +143,13 @@ class VehicleSimulator:
         self._controls: tuple[float, ...] = ()
         self._armed = False
 
+    def describe(self, vehicle: Vehicle) -> None:
+        """Take other figures of the vehicle as it flies: its dynamics and what its lidar reaches."""
+        self.vehicle = vehicle
+        self.dynamics.describe(vehicle)
+        if self._lidar is not None and vehicle.sensors.lidar is not None:
+            self._lidar.data = vehicle.sensors.lidar
+
     @property
     def sim_gps_used(self) -> int:
         """Satellites in use (PX4's SIM_GPS_USED); fewer than four give no fix."""

@@ -1,4 +1,4 @@
-"""PX4's parameters that are about its simulator, as an autopilot tells them: wind, battery, satellites, offsets.
+"""PX4's parameters that are about its simulator, as an autopilot tells them: wind, battery, sensors, figures.
 
 `SIMULATOR_PARAMETERS` of the simulator API lists them. What they mean stands with PX4's simulators
 (src/modules/simulation: simulator_sih, battery_simulator, sensor_*_sim, v1.18).
@@ -7,6 +7,7 @@
 from collections.abc import Callable
 
 from sitl_emu.vehicles.battery import Px4Battery
+from sitl_emu.world.sih_figures import FIGURES, with_figure
 from sitl_emu.world.simulator import VehicleSimulator
 
 Setter = Callable[[VehicleSimulator, float], None]
@@ -78,7 +79,17 @@ def _sim_mag_offset(axis: int) -> Setter:
     return setter
 
 
+def _figure(name: str) -> Setter:
+    def setter(simulator: VehicleSimulator, value: float) -> None:
+        vehicle = with_figure(simulator.vehicle, name, value)
+        if vehicle is not simulator.vehicle:
+            simulator.describe(vehicle)
+
+    return setter
+
+
 _SETTERS: dict[str, Setter] = {
+    **{name: _figure(name) for name in FIGURES},
     "BAT1_N_CELLS": _bat1_n_cells,
     "BAT1_V_CHARGED": _bat1_v_charged,
     "BAT1_V_EMPTY": _bat1_v_empty,

@@ -229,6 +229,54 @@ def test_the_lidar_says_what_sih_distsnsr_ovr_says_or_nothing() -> None:
         assert {message.current_distance for message in messages if isinstance(message, DistanceSensor)} == seen
 
 
+def test_the_lidar_of_sih_reaches_as_far_as_its_parameters_say() -> None:
+    """Sih::parameters_updated; no farther than the message can tell."""
+    for told_m, seen_cm in ((20.0, 2_000), (1_000.0, 32_766)):
+        simulator = VehicleSimulator(vehicles.load("sihsim_hex"), HOME, 1, FlatGround(), name="uas")
+        set_parameter(simulator, "SIH_DISTSNSR_MIN", 0.5)
+        set_parameter(simulator, "SIH_DISTSNSR_MAX", told_m)
+        ranges = [message for message in simulator.tick(None) if isinstance(message, DistanceSensor)]
+        assert (ranges[0].min_distance, ranges[0].max_distance) == (50, seen_cm)
+
+
+@pytest.mark.parametrize("model", ["sihsim_hex", "sihsim_rover_ackermann"])
+def test_by_their_defaults_the_vehicles_of_sih_are_what_their_pages_say(model: str) -> None:
+    vehicle = vehicles.load(model)
+    simulator = VehicleSimulator(vehicle, HOME, 1, FlatGround(), name="uas")
+    parameters = Parameters(VehicleKind.of_mav_type(vehicle.airframe["MAV_TYPE"]), vehicle.airframe)
+    for parameter in SimulatedParameters(parameters).changed():
+        set_parameter(simulator, *parameter)
+    assert simulator.vehicle is vehicle
+
+
+def test_what_sih_s_hexacopter_weighs_and_lifts_can_be_changed_while_it_flies() -> None:
+    """2 kg under six rotors of 8 N; a vehicle that is not SIH's takes no notice."""
+    full = HilActuatorControls(0, 1, (1.0,) * 6, 128)
+    simulator, _ = simulate("sihsim_hex", 250, full)
+    for name, value in {"SIH_MASS": 2.0, "SIH_T_MAX": 8.0, "SIH_KDV": 0.0, "SIH_T_TAU": 0.1}.items():
+        set_parameter(simulator, name, value)
+    for _ in range(2):
+        simulator.tick(full)
+    assert simulator.dynamics.az_m_s2 == pytest.approx(-48.0 / 2.0, rel=0.01)
+    set_parameter(simulator, "SIH_MASS", 0.0)
+    simulator.tick(full)
+    assert simulator.dynamics.az_m_s2 == pytest.approx(-48.0 / 2.0, rel=0.01)
+    iris, _ = simulate("iris", 0)
+    set_parameter(iris, "SIH_MASS", 9.0)
+    assert iris.vehicle.mass_kg == vehicles.load("iris").mass_kg
+
+
+def test_wider_arms_turn_sih_s_hexacopter_the_more() -> None:
+    rolls, rates = HilActuatorControls(0, 1, (0.5, 0.5, 0.5, 0.6, 0.6, 0.6), 128), []
+    for arm_m, inertia in ((0.2, 0.025), (0.4, 0.025), (0.2, 0.05)):
+        simulator, _ = simulate("sihsim_hex", 0)
+        set_parameter(simulator, "SIH_L_ROLL", arm_m)
+        set_parameter(simulator, "SIH_IXX", inertia)
+        simulator.tick(rolls)
+        rates.append(simulator.dynamics.p_rad_s)
+    assert rates[0] > 0.0 and rates[1:] == pytest.approx([2.0 * rates[0], 0.5 * rates[0]], rel=0.01)
+
+
 def test_without_sih_rngbc_noise_the_beacons_are_exact() -> None:
     simulator = VehicleSimulator(vehicles.load("sihsim_hex"), HOME, 1, FlatGround(), name="uas")
     set_parameter(simulator, "SIH_RNGBC_NOISE", 0.0)
@@ -280,7 +328,7 @@ def seen(simulator: VehicleSimulator) -> list[object]:
     battery = [simulator.sim_bat_drain, simulator.sim_bat_min_pct]
     if isinstance(cells := simulator.battery, Px4Battery):
         battery += [cells.bat1_n_cells, cells.bat1_v_empty, cells.bat1_v_charged]
-    return [*air, *ranges, *battery, simulator.sim_gps_used, simulator.magnetometer.offset_gauss]
+    return [simulator.vehicle, *air, *ranges, *battery, simulator.sim_gps_used, simulator.magnetometer.offset_gauss]
 
 
 def test_parameters_about_the_simulator_are_told_at_first_and_whenever_they_change() -> None:

@@ -43,7 +43,9 @@ class Lidar:
         obstacles: Obstacles | None = None,
         areas: Areas | None = None,
     ) -> None:
-        self._data, self._terrain, self._obstacles, self._areas = data, terrain, obstacles, areas
+        self.data = data
+        """May be replaced: PX4's SIH_DISTSNSR_MIN, SIH_DISTSNSR_MAX."""
+        self._terrain, self._obstacles, self._areas = terrain, obstacles, areas
         self._draw = normals(seed, name, "lidar")
         self._wrong = max(-1.0, min(1.0, 0.5 * normals(seed, name, "lidar accuracy")()))
         """Its lasting error, over the greatest."""
@@ -58,7 +60,7 @@ class Lidar:
 
     def read(self, time_us: int, north_m: float, east_m: float, down_m: float, attitude: Quaternion) -> DistanceSensor:
         """One shot from the vehicle's centre."""
-        data = self._data
+        data = self.data
         along = beam(self._terrain, north_m, east_m, down_m, attitude, data.max_distance_m)
         distance = max(along, 0.0)
         if self._obstacles is not None:
