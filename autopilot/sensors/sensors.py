@@ -4,6 +4,8 @@ PX4 v1.18's simulator_mavlink (src/modules/simulation/simulator_mavlink) and veh
 barometer's pressure becomes an altitude by the standard atmosphere (SENS_BARO_QNH), a distance out of range becomes
 NaN. The battery is `battery.py`'s. Here the failures that were injected befall the sensors: one that is off says
 nothing, one that is stuck says the same for ever, a GPS that is wrong is 100 m off, a battery that is off is empty.
+Of GPS, magnetometer and barometer those are not there that PX4 simulates in this airframe and that SENS_EN_GPSSIM,
+_MAGSIM and _BAROSIM left out at the start.
 Calibrations (CAL_*, SENS_BOARD_*_OFF) are applied; barometer and magnetometer are averaged down to SENS_BARO_RATE and
 SENS_MAG_RATE (vehicle_air_data, vehicle_magnetometer), unless they have said the same for too long;
 HIL_STATE_QUATERNION (the truth) is kept for the log and for who asks for it.
@@ -142,6 +144,11 @@ class Sensors:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
         self._now_us = 0
+        self._simulates_gps = bool(parameters["SENS_EN_GPSSIM"])
+        self._simulates_mag = bool(parameters["SENS_EN_MAGSIM"])
+        self._simulates_baro = bool(parameters["SENS_EN_BAROSIM"])
+        """As it was at the start (px4-rc.sihsim)."""
+        self._has_gps, self._has_mag, self._has_baro = (has_sensor(parameters, kind) for kind in ("GPS", "MAG", "BARO"))
         self._failures = topics.failure_injection
         self._gyro = self._accel = self._mag = self._baro = self._gps = self._battery = 0
         """FAILURE_TYPE of each."""
@@ -212,9 +219,9 @@ class Sensors:
         self._gyro, self._accel, self._mag, self._baro, self._gps, self._battery = (
             failures.type_of(unit, 1) for unit in (GYRO, ACCEL, MAG, BARO, GPS, BATTERY)
         )
-        if self._parameters["SENS_EN_MAGSIM"]:
+        if self._simulates_mag:
             self._mag = 0
-        if self._parameters["SENS_EN_BAROSIM"]:
+        if self._simulates_baro:
             self._baro = self._gyro = self._accel = 0
         self._imu_fails = bool(self._gyro or self._accel)
         self._topics.sensors_status_imu = SensorsStatusImu(not self._accel, not self._gyro)
@@ -240,12 +247,13 @@ class Sensors:
             topics.sensor_imu = SensorImu(now_us, gyro, accel)
             self._integrator.update(now_us, gyro, accel)
         mag_updated = updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG and math.isfinite(sum(field))
-        if mag_updated and self._mag != OFF:
+        if mag_updated and self._mag != OFF and self._has_mag:
             field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else field
             topics.sensor_mag = SensorMag(now_us, field)
             if not self._mag_disabled:
                 self._average_mag(now_us, field)
-        if updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf and self._baro != OFF:
+        baro_updated = updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf
+        if baro_updated and self._baro != OFF and self._has_baro:
             if self._baro == STUCK:
                 topics.sensor_baro = topics.sensor_baro._replace(timestamp=now_us)
                 pressure_hpa = topics.sensor_baro.pressure_pa * 0.01
@@ -292,14 +300,14 @@ class Sensors:
         self._integrator.update(now_us, gyro, accel)
 
     def _on_hil_gps(self, message: HilGps) -> None:
-        if self._gps == OFF:
+        if self._gps == OFF or not self._has_gps:
             return
         timestamp = self._now_us if message.time_usec == 0 else message.time_usec
         if self._gps == STUCK:
             # one that PX4 simulates tells when it was measured, and so it is too old for the estimator
             self._topics.sensor_gps = self._topics.sensor_gps._replace(timestamp=timestamp)
             return
-        simulated_by_px4 = self._parameters["SENS_EN_GPSSIM"]
+        simulated_by_px4 = self._simulates_gps
         quality = MAVLINK_GPS
         if simulated_by_px4:
             quality = SIH_GPS if message.fix_type >= FIX_3D else SIH_GPS_NO_FIX
@@ -378,6 +386,16 @@ class Sensors:
 
 
 def signal_quality(told: int, *, within: bool) -> int:
+def has_sensor(parameters: Parameters, kind: str) -> bool:
+    """Whether there is a GPS, MAG or BARO.
+
+    One that PX4 simulates itself in this airframe (SENS_EN_…SIM by default) is left out of a start by 0
+    (px4-rc.sihsim); another's comes from outside, whatever the parameter says.
+    """
+    name = f"SENS_EN_{kind}SIM"
+    return bool(parameters[name] or not parameters.default(name))
+
+
     """UORB's percentage of MAVLink's, which begins at 1; who does not know it (-1) is out of range or not."""
     if told == UNKNOWN_SIGNAL_QUALITY:
         return -1 if within else 0

@@ -339,6 +339,24 @@ def test_what_px4_simulates_itself_takes_no_notice_of_failures() -> None:
 
 
 def test_nobody_gets_what_a_disabled_sensor_says() -> None:
+@pytest.mark.parametrize("left_out", [True, False])
+def test_what_px4_simulates_itself_is_left_out_of_a_start_by_0(left_out: bool) -> None:
+    """px4-rc.sihsim; a later change counts at the next start alone, and what comes from outside is not touched."""
+    names = ("SENS_EN_GPSSIM", "SENS_EN_MAGSIM", "SENS_EN_BAROSIM")
+    parameters = Parameters(VehicleKind.MULTICOPTER, dict.fromkeys(names, int(left_out)))
+    topics = Topics()
+    for name in names:
+        parameters.set(name, 0)
+    reader = Sensors(topics, parameters)
+    for name in names:
+        parameters.set(name, 1)
+    gps = HilGps(8000, 473977400, 85455940, 488123, 90, 178, 500, 100, -200, 30, 0, 3, 10, 0, 0)
+    reader.update([gps, IMU._replace(fields_updated=0x1FFF)])
+    stamps = topics.sensor_gps.timestamp, topics.sensor_mag.timestamp, topics.sensor_baro.timestamp
+    assert stamps == ((0, 0, 0) if left_out else (8000, 8000, 8000))
+    assert topics.sensor_imu.timestamp == 8000
+
+
     """CAL_…_PRIO 0 (VehicleMagnetometer, VehicleAirData)."""
     ids = {"CAL_MAG0_ID": 197388, "CAL_BARO0_ID": 6620172, "CAL_MAG0_PRIO": 0, "CAL_BARO0_PRIO": 0}
     for disabled in (True, False):
