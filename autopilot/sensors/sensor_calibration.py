@@ -2,8 +2,9 @@
 
 PX4's src/lib/sensor_calibration (v1.18), for the first instance of each sensor. A gyro loses its offset, an
 accelerometer's offset goes before its scale, a magnetometer's before its matrix, a barometer's pressure loses its
-offset; then SENS_BOARD_X_OFF, Y_OFF and Z_OFF turn what the board measures into the vehicle's frame. A sensor is
-calibrated when one of its CAL_*_ID is its own.
+offset; then SENS_BOARD_ROT turns what the board measures into the vehicle's frame, and SENS_BOARD_X_OFF, Y_OFF and
+Z_OFF level it. A sensor is calibrated when one of its CAL_*_ID is its own, and no other calibration counts; of that,
+scales of 0 and less and changes too small to matter do not.
 """
 
 import math
@@ -23,10 +24,23 @@ MOST = 1000.0
 MOST_RAD_S = math.radians(2000.0)
 """Nor does a gyro's for more than its full scale."""
 SLIGHTEST_SCALE = 1e-3
-"""An accelerometer's scale is no smaller."""
-LEAST_CHANGE = 0.01
-"""A gyro's offset (rad/s), an accelerometer's (m/s²) or its scale that changes by no more is the same calibration still
-(Gyroscope::set_offset, Accelerometer::set_offset and set_scale)."""
+"""No scale is smaller (ours)."""
+LEAST_CHANGE, LEAST_MAG_CHANGE_GA = 0.01, 0.005
+"""An offset of a gyro (rad/s), an accelerometer (m/s²) or a barometer (Pa), a scale, or a magnetometer's offset that
+changes by no more is the same still (Gyroscope::set_offset, Accelerometer::set_offset and set_scale, …)."""
+BOARD_ROTATIONS_DEG: tuple[Vector3, ...] = (
+    *((0.0, 0.0, yaw) for yaw in range(0, 360, 45)),
+    *((180.0, 0.0, yaw) for yaw in (0, 45, 90, 135)),
+    (0.0, 180.0, 0.0),
+    *((180.0, 0.0, yaw) for yaw in (225, 270, 315)),
+    *((90.0, 0.0, yaw) for yaw in (0, 45, 90, 135)),
+    *((270.0, 0.0, yaw) for yaw in (0, 45, 90, 135)),
+    *((0.0, 90.0, 0.0), (0.0, 270.0, 0.0), (0.0, 180.0, 90.0), (0.0, 180.0, 270.0)),
+    *((90.0, 90.0, 0.0), (180.0, 90.0, 0.0), (270.0, 90.0, 0.0), (90.0, 180.0, 0.0), (270.0, 180.0, 0.0)),
+    *((90.0, 270.0, 0.0), (180.0, 270.0, 0.0), (270.0, 270.0, 0.0), (90.0, 180.0, 90.0), (90.0, 0.0, 270.0)),
+    *((90.0, 68.0, 293.0), (0.0, 315.0, 0.0), (90.0, 315.0, 0.0)),
+)
+"""Roll, pitch and yaw of each SENS_BOARD_ROT (lib/conversion/rotation.h)."""
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 ONE: Vector3 = (1.0, 1.0, 1.0)
 Matrix = tuple[Vector3, Vector3, Vector3]
@@ -47,28 +61,74 @@ class Corrections(NamedTuple):
 NONE = Corrections()
 
 
-def corrections_of(parameters: Parameters) -> Corrections:
-    """What the parameters of the first instances say; equal to NONE where they say nothing."""
+def corrections_of(parameters: Parameters, before: Corrections = NONE, *, first: bool = True) -> Corrections:
+    """What the parameters make of the corrections before; equal to NONE where they say nothing.
 
-    def three(name: str, most: float = MOST) -> Vector3:
-        x, y, z = (max(-most, min(most, float(parameters[name.format(axis)]))) for axis in "XYZ")
+    `first`: the gyro had no calibration yet, so that its offset counts however small it is.
+    """
+
+    def three(slot: int, name: str, most: float = MOST) -> Vector3:
+        x, y, z = (max(-most, min(most, float(parameters[name.format(slot, axis)]))) for axis in "XYZ")
         return x, y, z
 
-    diagonal, odd = three("CAL_MAG0_{}SCALE"), three("CAL_MAG0_{}ODIAG")
-    matrix = None
-    if diagonal != ONE or odd != ZERO:
-        matrix = ((diagonal[0], odd[0], odd[1]), (odd[0], diagonal[1], odd[2]), (odd[1], odd[2], diagonal[2]))
-    scale_x, scale_y, scale_z = (max(SLIGHTEST_SCALE, scale) for scale in three("CAL_ACC0_{}SCALE"))
-    board_deg = three("SENS_BOARD_{}_OFF")
-    return Corrections(
-        three("CAL_GYRO0_{}OFF", MOST_RAD_S),
-        three("CAL_ACC0_{}OFF"),
-        (scale_x, scale_y, scale_z),
-        three("CAL_MAG0_{}OFF"),
-        matrix,
-        float(parameters["CAL_BARO0_OFF"]),
-        _rotation(board_deg) if any(abs(angle) > SLIGHT_DEG for angle in board_deg) else None,
-    )
+    told = NONE
+    if (slot := _slot(parameters, "GYRO")) is not None:
+        offset = three(slot, "CAL_GYRO{}_{}OFF", MOST_RAD_S)
+        told = told._replace(gyro_offset=offset if first else _changed(before.gyro_offset, offset))
+    if (slot := _slot(parameters, "ACC")) is not None:
+        offset = _changed(before.accel_offset, three(slot, "CAL_ACC{}_{}OFF"))
+        told = told._replace(
+            accel_offset=offset, accel_scale=_changed_scale(before.accel_scale, three(slot, "CAL_ACC{}_{}SCALE"))
+        )
+    if (slot := _slot(parameters, "MAG")) is not None:
+        offset = _changed(before.mag_offset, three(slot, "CAL_MAG{}_{}OFF"), LEAST_MAG_CHANGE_GA)
+        diagonal, odd = _parts(before.mag_matrix)
+        diagonal = _changed_scale(diagonal, three(slot, "CAL_MAG{}_{}SCALE"))
+        odd = _changed(odd, three(slot, "CAL_MAG{}_{}ODIAG"))
+        told = told._replace(mag_offset=offset, mag_matrix=_symmetric(diagonal, odd))
+    if (slot := _slot(parameters, "BARO")) is not None:
+        offset_pa = float(parameters[f"CAL_BARO{slot}_OFF"])
+        is_same = abs(offset_pa - before.baro_offset_pa) <= LEAST_CHANGE
+        told = told._replace(baro_offset_pa=before.baro_offset_pa if is_same else offset_pa)
+    return told._replace(board=_board(parameters))
+
+
+def _changed(before: Vector3, told: Vector3, least: float = LEAST_CHANGE) -> Vector3:
+    return told if math.dist(before, told) > least else before
+
+
+def _changed_scale(before: Vector3, told: Vector3) -> Vector3:
+    if min(told) <= 0.0:
+        return before
+    x, y, z = (max(SLIGHTEST_SCALE, scale) for scale in told)
+    return _changed(before, (x, y, z))
+
+
+def _symmetric(diagonal: Vector3, odd: Vector3) -> Matrix | None:
+    if diagonal == ONE and odd == ZERO:
+        return None
+    return (diagonal[0], odd[0], odd[1]), (odd[0], diagonal[1], odd[2]), (odd[1], odd[2], diagonal[2])
+
+
+def _parts(symmetric: Matrix | None) -> tuple[Vector3, Vector3]:
+    """Diagonal, and what is beside it."""
+    if symmetric is None:
+        return ONE, ZERO
+    (a, b, c), (_, d, e), (_, _, f) = symmetric
+    return (a, d, f), (b, c, e)
+
+
+def _board(parameters: Parameters) -> Matrix | None:
+    """From the board's axes to the vehicle's; a SENS_BOARD_ROT that is none leaves it straight (GetBoardRotation)."""
+    number = int(parameters["SENS_BOARD_ROT"])
+    mounted_deg = BOARD_ROTATIONS_DEG[number] if 0 <= number < len(BOARD_ROTATIONS_DEG) else ZERO
+    x_deg, y_deg, z_deg = (float(parameters[f"SENS_BOARD_{axis}_OFF"]) for axis in "XYZ")
+    leans = max(abs(x_deg), abs(y_deg), abs(z_deg)) > SLIGHT_DEG
+    level = _rotation((x_deg, y_deg, z_deg)) if leans else None
+    if mounted_deg == ZERO:
+        return level
+    mounted = _rotation(mounted_deg)
+    return mounted if level is None else _product(level, mounted)
 
 
 def is_calibrated(parameters: Parameters, sensor: str) -> bool:
@@ -139,6 +199,15 @@ def _turned(vector: Vector3, matrix: Matrix | None) -> Vector3:
     x, y, z = vector
     (a, b, c), (d, e, f), (g, h, i) = matrix
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+
+
+def _product(a: Matrix, b: Matrix) -> Matrix:
+    first, second, third = (_turned(column, a) for column in zip(*b, strict=True))
+    return (
+        (first[0], second[0], third[0]),
+        (first[1], second[1], third[1]),
+        (first[2], second[2], third[2]),
+    )
 
 
 def _turned_back(vector: Vector3, rotation: Matrix | None) -> Vector3:

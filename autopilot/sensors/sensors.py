@@ -20,7 +20,6 @@ from sitl_emu.autopilot.sensors.data_validator import DataValidator
 from sitl_emu.autopilot.sensors.distance_sensors import DOWNWARD
 from sitl_emu.autopilot.sensors.imu_integrator import ImuIntegrator
 from sitl_emu.autopilot.sensors.sensor_calibration import (
-    LEAST_CHANGE,
     MOST_RAD_S,
     NONE,
     Corrections,
@@ -28,6 +27,7 @@ from sitl_emu.autopilot.sensors.sensor_calibration import (
     corrected_gyro,
     corrected_mag,
     corrections_of,
+    is_calibrated,
     priority,
 )
 from sitl_emu.autopilot.system.failure_injection import (
@@ -195,7 +195,8 @@ class Sensors:
     def _take_calibration(self) -> None:
         """What the parameters say; the compass keeps its calibration while armed, until a parameter changes afterwards
         (VehicleMagnetometer::ParametersUpdate)."""
-        known, told = self._corrections, corrections_of(self._parameters)
+        known, first = self._corrections, not self._integrator.gyro_calibrations
+        told = corrections_of(self._parameters, known, first=first)
         self._mag_disabled, self._baro_disabled = (priority(self._parameters, each) == 0 for each in ("MAG", "BARO"))
         if self._topics.vehicle_status.armed:
             told = told._replace(mag_offset=known.mag_offset, mag_matrix=known.mag_matrix)
@@ -205,10 +206,10 @@ class Sensors:
     def _count_calibrations(self, before: Corrections) -> None:
         """Who averages and estimates begins anew with another calibration; a gyro's first one counts as well."""
         after, integrator = self._corrections, self._integrator
-        gyro_moved_rad_s = math.dist(before.gyro_offset, after.gyro_offset)
-        integrator.gyro_calibrations += gyro_moved_rad_s > LEAST_CHANGE or not integrator.gyro_calibrations
-        integrator.accel_calibrations += math.dist(before.accel_offset, after.accel_offset) > LEAST_CHANGE
-        integrator.accel_calibrations += math.dist(before.accel_scale, after.accel_scale) > LEAST_CHANGE
+        first = not integrator.gyro_calibrations and is_calibrated(self._parameters, "GYRO")
+        integrator.gyro_calibrations += before.gyro_offset != after.gyro_offset or first
+        integrator.accel_calibrations += before.accel_offset != after.accel_offset
+        integrator.accel_calibrations += before.accel_scale != after.accel_scale
         self._mag_calibrations += (before.mag_offset, before.mag_matrix) != (after.mag_offset, after.mag_matrix)
         self._baro_calibrations += before.baro_offset_pa != after.baro_offset_pa
 
@@ -385,7 +386,6 @@ class Sensors:
         )
 
 
-def signal_quality(told: int, *, within: bool) -> int:
 def has_sensor(parameters: Parameters, kind: str) -> bool:
     """Whether there is a GPS, MAG or BARO.
 
@@ -396,6 +396,7 @@ def has_sensor(parameters: Parameters, kind: str) -> bool:
     return bool(parameters[name] or not parameters.default(name))
 
 
+def signal_quality(told: int, *, within: bool) -> int:
     """UORB's percentage of MAVLink's, which begins at 1; who does not know it (-1) is out of range or not."""
     if told == UNKNOWN_SIGNAL_QUALITY:
         return -1 if within else 0

@@ -9,6 +9,7 @@ from sitl_emu.autopilot.commander.calibration.worker import CalibrationWorker
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensor_calibration import (
+    DEVICE_IDS,
     NONE,
     corrected_accel,
     corrected_gyro,
@@ -414,6 +415,7 @@ def test_corrections_and_back() -> None:
     parameters = Parameters(VehicleKind.MULTICOPTER)
     assert corrections_of(parameters) == NONE
     values = {"SENS_BOARD_X_OFF": 3.0, "SENS_BOARD_Z_OFF": -5.0, "CAL_ACC0_XSCALE": 1.1, "CAL_ACC0_ZOFF": 0.2}
+    values |= {"CAL_ACC0_ID": DEVICE_IDS["ACC"], "CAL_GYRO0_ID": DEVICE_IDS["GYRO"], "CAL_MAG0_ID": DEVICE_IDS["MAG"]}
     values |= {"CAL_GYRO0_YOFF": 0.1, "CAL_MAG0_XOFF": 0.05, "CAL_MAG0_YSCALE": 0.9, "CAL_MAG0_XODIAG": 0.1}
     for name, value in values.items():
         parameters.set(name, value)
@@ -422,3 +424,55 @@ def test_corrections_and_back() -> None:
     for corrected, raw in ((corrected_gyro, raw_gyro), (corrected_accel, raw_accel), (corrected_mag, raw_mag)):
         assert raw(corrected(vector, corrections), corrections) == pytest.approx(vector)
         assert corrected(vector, corrections) != vector
+
+
+def test_only_a_calibration_of_the_sensor_s_own_counts_in_whatever_slot() -> None:
+    """FindCurrentCalibrationIndex, ParametersLoad and Reset of each sensor."""
+    offsets = {"CAL_ACC0_XOFF": 1.0, "CAL_ACC2_XOFF": 2.0, "CAL_BARO0_OFF": 50.0}
+    parameters = Parameters(VehicleKind.MULTICOPTER, {**offsets, "CAL_ACC0_ID": 1, "CAL_ACC2_ID": DEVICE_IDS["ACC"]})
+    corrections = corrections_of(parameters)
+    assert corrections.accel_offset == (2.0, 0.0, 0.0)
+    assert corrections.baro_offset_pa == 0.0
+    parameters.set("CAL_ACC2_ID", 0)
+    assert corrections_of(parameters, corrections) == NONE
+
+
+def test_scales_that_are_none_and_small_changes_are_refused() -> None:
+    """Accelerometer.cpp, Magnetometer.cpp, Gyroscope.cpp, Barometer.cpp: set_offset, set_scale, set_offdiagonal."""
+    ids = {f"CAL_{sensor}0_ID": device for sensor, device in DEVICE_IDS.items()}
+    parameters = Parameters(VehicleKind.MULTICOPTER, ids)
+    small = {"CAL_ACC0_XOFF": 0.009, "CAL_ACC0_YSCALE": 1.009, "CAL_MAG0_ZOFF": 0.004, "CAL_MAG0_XODIAG": 0.009}
+    small |= {"CAL_BARO0_OFF": 0.009, "CAL_GYRO0_XOFF": 0.009}
+    for name, value in small.items():
+        parameters.set(name, value)
+    assert corrections_of(parameters, first=False) == NONE
+    assert corrections_of(parameters) == NONE._replace(gyro_offset=(pytest.approx(0.009), 0.0, 0.0))
+    parameters.set("CAL_ACC0_XSCALE", 1.2)
+    parameters.set("CAL_MAG0_XSCALE", 1.2)
+    known = corrections_of(parameters, first=False)
+    assert known.accel_scale[0] == pytest.approx(1.2)
+    for value in (0.0, -1.0):
+        parameters.set("CAL_ACC0_XSCALE", value)
+        parameters.set("CAL_MAG0_XSCALE", value)
+        assert corrections_of(parameters, known, first=False) == known
+
+
+def test_a_board_that_is_mounted_askew() -> None:
+    """SENS_BOARD_ROT (GetBoardRotation), then the level adjustment; a number that is none leaves it straight."""
+    parameters = Parameters(VehicleKind.MULTICOPTER, {"SENS_BOARD_ROT": 2})
+    assert corrected_accel((1.0, 2.0, 3.0), corrections_of(parameters)) == pytest.approx((-2.0, 1.0, 3.0))
+    parameters.set("SENS_BOARD_ROT", 8)
+    assert corrected_gyro((1.0, 2.0, 3.0), corrections_of(parameters)) == pytest.approx((1.0, -2.0, -3.0))
+    parameters.set("SENS_BOARD_ROT", 38)  # roll 90, pitch 68, yaw 293 degrees
+    parameters.set("SENS_BOARD_X_OFF", 10.0)
+    corrections = corrections_of(parameters)
+    assert raw_mag(corrected_mag((0.2, 0.1, 0.4), corrections), corrections) == pytest.approx((0.2, 0.1, 0.4))
+    parameters.set("SENS_BOARD_ROT", 8)
+    leaning = (0.0, math.sin(math.radians(10.0)), math.cos(math.radians(10.0)))
+    assert corrected_accel((0.0, 0.0, -1.0), corrections_of(parameters)) == pytest.approx(
+        (0.0, -leaning[1], leaning[2])
+    )
+    parameters.set("SENS_BOARD_X_OFF", 0.0)
+    for number in (-1, 41, 100):
+        parameters.set("SENS_BOARD_ROT", number)
+        assert corrections_of(parameters) == NONE

@@ -78,6 +78,7 @@ def test_a_magnetometer_whose_axes_are_aslant(table: Table) -> None:
 
 def test_a_magnetometer_on_two_sides_corrects_its_offset(table: Table) -> None:
     table.parameters.set("SENS_MAG_SIDES", 0b110000)
+    table.parameters.set("CAL_MAG0_ID", DEVICE_IDS["MAG"])
     table.parameters.set("CAL_MAG0_XSCALE", 1.2)
     table.parameters.set("CAL_MAG0_XOFF", 0.1)
     table.command(*MAG)
@@ -141,6 +142,7 @@ def test_a_known_heading_needs_a_place(table: Table) -> None:
 
 def test_a_known_heading_leaves_the_scale_alone(table: Table) -> None:
     table.topics.sensor_gps = SensorGps(table.now_us, 47.4, 8.5, 489.0, eph=1.0, fix_type=3)
+    table.parameters.set("CAL_MAG0_ID", DEVICE_IDS["MAG"])
     table.parameters.set("CAL_MAG0_XSCALE", 1.5)
     table.worker.fixed_mag_cal_yaw(table.now_us, VehicleCommand(42006, 90.0, 0, 0, 0), armed=False)
     table.run(0.1)

@@ -8,6 +8,7 @@ import pytest
 
 from sitl_emu import vehicles
 from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
 from sitl_emu.autopilot.sensors.sensors import Sensors, altitude_m
 from sitl_emu.autopilot.system.failure_injection import inject
 from sitl_emu.autopilot.topics import ActuatorArmed, BatteryStatus, FailureInjection, Topics, VehicleStatus, topic_names
@@ -338,7 +339,6 @@ def test_what_px4_simulates_itself_takes_no_notice_of_failures() -> None:
     assert topics.sensor_imu.timestamp == topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 8000
 
 
-def test_nobody_gets_what_a_disabled_sensor_says() -> None:
 @pytest.mark.parametrize("left_out", [True, False])
 def test_what_px4_simulates_itself_is_left_out_of_a_start_by_0(left_out: bool) -> None:
     """px4-rc.sihsim; a later change counts at the next start alone, and what comes from outside is not touched."""
@@ -357,6 +357,7 @@ def test_what_px4_simulates_itself_is_left_out_of_a_start_by_0(left_out: bool) -
     assert topics.sensor_imu.timestamp == 8000
 
 
+def test_nobody_gets_what_a_disabled_sensor_says() -> None:
     """CAL_…_PRIO 0 (VehicleMagnetometer, VehicleAirData)."""
     ids = {"CAL_MAG0_ID": 197388, "CAL_BARO0_ID": 6620172, "CAL_MAG0_PRIO": 0, "CAL_BARO0_PRIO": 0}
     for disabled in (True, False):
@@ -390,7 +391,8 @@ def test_who_says_the_same_for_too_long_is_not_listened_to() -> None:
 
 def test_a_compass_is_not_calibrated_anew_while_armed() -> None:
     """VehicleMagnetometer::ParametersUpdate; a gyro is."""
-    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER)
+    ids = {"CAL_MAG0_ID": DEVICE_IDS["MAG"], "CAL_GYRO0_ID": DEVICE_IDS["GYRO"]}
+    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, ids)
     reader, every = Sensors(topics, parameters), IMU._replace(fields_updated=0x1FFF)
     topics.vehicle_status = VehicleStatus(armed=True)
     parameters.set("CAL_MAG0_XOFF", 0.5)
