@@ -1,10 +1,12 @@
 """PX4's filters (src/lib/mathlib/math/filter, v1.18).
 
-Body rates pass a second-order Butterworth low-pass (IMU_GYRO_CUTOFF), their derivative a first-order one
-(IMU_DGYRO_CUTOFF). Their notch filters (IMU_GYRO_NF*, IMU_GYRO_DNF*) are left out: nothing simulated vibrates.
+Body rates pass two notch filters (IMU_GYRO_NF0_*, IMU_GYRO_NF1_*) where there are any and a second-order Butterworth
+low-pass (IMU_GYRO_CUTOFF), their derivative a first-order one (IMU_DGYRO_CUTOFF). Their dynamic notch filters
+(IMU_GYRO_DNF*) are left out: nothing simulated vibrates.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 from sitl_emu.autopilot.topics import Vector3
@@ -76,6 +78,21 @@ class NotchFilter:
         y = self._b0 * (x + self._x2) + self._b1 * (self._x1 - self._y1) - self._a2 * self._y2
         self._x1, self._x2, self._y1, self._y2 = x, self._x1, y, self._y1
         return y
+
+
+class NotchedLowPass2p(LowPass2p):
+    """The same behind notch filters."""
+
+    def __init__(self, sample_hz: float, cutoff_hz: float, notches: Sequence[tuple[float, float]]) -> None:
+        """`notches`: (centre_hz, bandwidth_hz) of each, as of `NotchFilter`."""
+        super().__init__(sample_hz, cutoff_hz)
+        self._notches = [[NotchFilter(sample_hz, *each) for each in notches] for _ in range(3)]
+
+    def update(self, x: float, y: float, z: float) -> Vector3:
+        """See LowPass2p."""
+        for of_x, of_y, of_z in zip(*self._notches, strict=True):
+            x, y, z = of_x.update(x), of_y.update(y), of_z.update(z)
+        return super().update(x, y, z)
 
 
 def alpha(cutoff_hz: float, dt_s: float) -> float:

@@ -1,7 +1,7 @@
 """What the estimator tells the autopilot: rates, attitude, local and global position.
 
 PX4's EKF2 (EKF2.cpp: PublishAttitude, PublishLocalPosition, PublishGlobalPosition, PublishWindEstimate) and
-vehicle_angular_velocity (v1.18): rates are the raw gyro's, low-passed (IMU_GYRO_CUTOFF, IMU_DGYRO_CUTOFF), less the
+vehicle_angular_velocity (v1.18): rates are the raw gyro's, filtered (IMU_GYRO_NF*, _CUTOFF, IMU_DGYRO_CUTOFF), less the
 bias.
 """
 
@@ -10,7 +10,7 @@ from typing import Final
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.fusion import Fusion
-from sitl_emu.autopilot.estimator.imu_filter import LowPass2p, alpha
+from sitl_emu.autopilot.estimator.imu_filter import LowPass2p, NotchedLowPass2p, alpha
 from sitl_emu.autopilot.topics import (
     NAN,
     Topics,
@@ -30,7 +30,7 @@ SENSOR_FLOW: Final = 2
 RANGE_MARGIN: Final = 0.9
 FLOW_RATE_SHARE: Final = 0.5
 ALIGNED_IN_FLIGHT_US: Final = 1_000_000
-DEFAULT_GYRO_CUTOFF_HZ: Final = 0.0
+GYRO_FILTERS: Final = ("IMU_GYRO_CUTOFF", "IMU_GYRO_NF0_FRQ", "IMU_GYRO_NF0_BW", "IMU_GYRO_NF1_FRQ", "IMU_GYRO_NF1_BW")
 SPREAD_EVERY_US: Final = 40_000
 """Accuracies are worked out so often (ours; PX4 does with each position)."""
 
@@ -48,16 +48,21 @@ class Publication:
         """eph, epv, evh, evv, variances of heading, tilt and height above ground, as of a moment ago."""
         self._limited_to = (math.inf,) * 5
         self._spread_us = 0
-        self._gyro_cutoff_hz = DEFAULT_GYRO_CUTOFF_HZ
-        self._gyro_filter = LowPass2p(IMU_HZ, self._gyro_cutoff_hz)
+        self._gyro_filters_hz: tuple[float, ...] = ()
+        self._gyro_filter = LowPass2p(IMU_HZ, 0.0)
         self.refresh()
 
     def refresh(self) -> None:
         """Take over changed parameters."""
         value = self._ekf.settings
-        if value["IMU_GYRO_CUTOFF"] != self._gyro_cutoff_hz:
-            self._gyro_cutoff_hz = value["IMU_GYRO_CUTOFF"]
-            self._gyro_filter = LowPass2p(IMU_HZ, self._gyro_cutoff_hz)
+        filters_hz = tuple(float(value[name]) for name in GYRO_FILTERS)
+        if filters_hz != self._gyro_filters_hz:
+            self._gyro_filters_hz = filters_hz
+            cutoff_hz, centre0_hz, width0_hz, centre1_hz, width1_hz = filters_hz
+            notches = [(f, width) for f, width in ((centre0_hz, width0_hz), (centre1_hz, width1_hz)) if f > 0.0]
+            self._gyro_filter = (
+                NotchedLowPass2p(IMU_HZ, cutoff_hz, notches) if notches else LowPass2p(IMU_HZ, cutoff_hz)
+            )
             self._gyro_filter.begin_at(*self._filtered)
         self._derivative_alpha = alpha(value["IMU_DGYRO_CUTOFF"], 1.0 / IMU_HZ)
 

@@ -18,7 +18,7 @@ from sitl_emu.autopilot.estimator.bias_estimator import BiasEstimator
 from sitl_emu.autopilot.estimator.ekf import Ekf
 from sitl_emu.autopilot.estimator.estimator import Settings
 from sitl_emu.autopilot.estimator.imu_down_sampler import ImuDownSampler
-from sitl_emu.autopilot.estimator.imu_filter import LowPass2p, alpha
+from sitl_emu.autopilot.estimator.imu_filter import LowPass2p, NotchedLowPass2p, alpha
 from sitl_emu.autopilot.estimator.output_predictor import OutputPredictor
 from sitl_emu.autopilot.estimator.resets import reset_velocity
 from sitl_emu.autopilot.estimator.samples import BaroSample, GnssSample, ImuSample, SampleBuffer
@@ -409,6 +409,13 @@ def test_gyro_filter_halves_the_power_at_its_cutoff() -> None:
     assert gain_at(LowPass2p(250.0, 40.0), 4.0) == pytest.approx(1.0, abs=0.01)
     assert gain_at(LowPass2p(250.0, 0.0), 100.0) == pytest.approx(1.0, abs=0.06)
     assert alpha(0.0, 0.004) == 1.0
+
+
+def test_notches_take_their_frequencies_out_of_the_gyro_and_leave_the_others() -> None:
+    """IMU_GYRO_NF0_FRQ, IMU_GYRO_NF1_FRQ (VehicleAngularVelocity.cpp)."""
+    for frequency_hz, gain in ((60.0, 0.0), (90.0, 0.0), (5.0, 1.0)):
+        filtered = NotchedLowPass2p(250.0, 0.0, [(60.0, 20.0), (90.0, 20.0)])
+        assert gain_at(filtered, frequency_hz) == pytest.approx(gain, abs=0.02)
 
 
 def test_a_velocity_that_can_not_be_is_not_taken_over() -> None:
