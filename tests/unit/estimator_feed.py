@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from sitl_emu.autopilot.estimator.estimator import Estimator
 from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
 from sitl_emu.autopilot.sensors.sensors import Sensors
 from sitl_emu.autopilot.topics import Topics, Vector3, VehicleLandDetected
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -32,7 +33,8 @@ class Feed:
     """Steps an estimator; `yaw` of the vehicle is fixed, what is public may be changed on the way."""
 
     def __init__(self, path: Path = standing, yaw: float = 0.7, **parameters: float) -> None:
-        airframe = {"EKF2_REQ_GPS_H": 0.5, "SENS_GPS0_DELAY": 0, **parameters}
+        calibrated = {f"CAL_{sensor}0_ID": device for sensor, device in DEVICE_IDS.items()}
+        airframe = {**calibrated, "EKF2_REQ_GPS_H": 0.5, "SENS_GPS0_DELAY": 0, **parameters}
         self.parameters, self.topics = Parameters(VehicleKind.MULTICOPTER, airframe), Topics()
         self.sensors = Sensors(self.topics, self.parameters)
         self.estimator = Estimator(self.topics, self.parameters)
