@@ -72,8 +72,10 @@ def test_it_does_not_come_in_the_air_or_without_heights_of_the_receiver(flags: d
     assert bench.offset_pa == 0.0
 
 
-def test_it_does_not_come_where_nobody_wants_it() -> None:
-    bench = Bench(SENS_BAR_AUTOCAL=0)
+@pytest.mark.parametrize("parameter", [{"SENS_BAR_AUTOCAL": 0}, {"SENS_EN_BAROSIM": 1}])
+def test_it_does_not_come_where_nobody_wants_it_or_px4_simulates_the_barometer(parameter: dict[str, float]) -> None:
+    """Sih's starts: facts/sihsim_hex/volatile/params."""
+    bench = Bench(**parameter)
     bench.run(10.0)
     assert bench.offset_pa == 0.0
 
