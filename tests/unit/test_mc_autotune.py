@@ -11,6 +11,7 @@ from sitl_emu.autopilot.control.system_identification import PidGains, SystemIde
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import ManualControlSetpoint, Topics, VehicleCommand
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
+from tests.typed import now
 from tests.unit.vehicle_command import vehicle_command
 
 from .test_actuator_test import Bench
@@ -84,10 +85,10 @@ def test_the_second_time_it_shakes_at_once() -> None:
     desk.run(5.0)
     desk.topics.vehicle_status = desk.topics.vehicle_status._replace(nav_state=NavState.AUTO_LAND)
     desk.run(3.0)
-    assert desk.autotune.state is State.IDLE
+    assert now(desk.autotune.state) is State.IDLE
     desk.ask()
     desk.run(0.3)
-    assert desk.autotune.state is State.ROLL
+    assert now(desk.autotune.state) is State.ROLL
 
 
 def test_sticks_and_another_mode_end_it() -> None:
