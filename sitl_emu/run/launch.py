@@ -238,6 +238,8 @@ def _child(crew: "Crew", launcher: int, began: int, say: Callable[[str], None]) 
         from sitl_emu.run import launched
 
         status = launched.main(crew, say, tell_launcher, launcher)
+    except Trouble as trouble:
+        print(f"sitl-emu: {trouble}", file=sys.stderr)
     except Exception:  # a fault of ours: os._exit would hide it
         traceback.print_exc()
     finally:

@@ -88,8 +88,8 @@ def preload(model: str) -> None:
 def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], launcher: int | None = None) -> int:
     """Fly until all vehicles were shut down, or SIGTERM or Ctrl-C; the exit status, 1 where one has failed.
 
-    `on_begun` is called when all ports are open. `launcher` is the process that forked this one, whose death ends it as
-    well.
+    `on_begun` is called when all ports are open and the vehicles have their places. `launcher` is the process that
+    forked this one, whose death ends it as well. Raises Trouble where a vehicle would start in something.
     """
     asked_to_end, flying = list[int](), False
 
@@ -120,7 +120,6 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
                 return 1
         if launcher is None:  # else the launcher has done so
             trim_heap()
-        on_begun()
         renewals = [functools.partial(_simulator, crew, each) for each in crew.vehicles]
         members = [
             Member(each.title, host, None if crew.shared else renewal)
@@ -135,6 +134,7 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
         if ros is not None:
             stack.enter_context(contextlib.closing(ros))
         fleet = Fleet(members, simulation, poll, say, photographer, ros)
+        on_begun()
         flying = True
         try:
             fleet.fly(Pacer(crew.speed), lambda: bool(asked_to_end) or launcher not in (None, os.getppid()))
