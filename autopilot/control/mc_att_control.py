@@ -15,7 +15,7 @@ from sitl_emu.core.attitude import product
 NO_TWIST: Final = 1e-5
 LEAST_FREQUENCY_RAD_S: Final = 0.1
 FLT_EPSILON: Final = 1.2e-7
-NO_ATTITUDE: Final = (NAN, NAN, NAN, NAN)
+NO_ATTITUDE: Quaternion = (NAN, NAN, NAN, NAN)  # no Final: mypyc takes NaN for one that was never set
 
 
 class AttitudeReference:

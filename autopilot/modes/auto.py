@@ -62,7 +62,7 @@ FAR_M: Final = 2.0
 """Faster, and farther from its target than this, a trajectory has a bearing to look along."""
 CLIMB_FIRST_M: Final = 1.0
 """So far above where it left the ground, height comes before place."""
-NOWHERE: Final = (NAN, NAN)
+NOWHERE: tuple[float, float] = (NAN, NAN)  # no Final: mypyc takes NaN for one that was never set
 AT_REST: Final = ((0.0, 0.0, 0.0),) * 3
 """Position, velocity, acceleration."""
 
