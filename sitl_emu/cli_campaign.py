@@ -64,14 +64,13 @@ def campaign(
         refuse(f"--keep {keep}: give all, failed or none")
     if dask is not None and workers is not None:
         refuse("--dask and --workers: a cluster has as many places as its own workers; give one of them")
-    from rich.console import Console
-
+    from sitl_emu.run import output
     from sitl_emu.run.campaign import campaign as campaigns
     from sitl_emu.run.trouble import Trouble
 
     wanted = campaigns.Wanted(scenario, runs, vary or (), seed, workers, dask, out, keep)  # type: ignore[arg-type]
     try:
-        status = campaigns.campaign(wanted, Console())
+        status = campaigns.campaign(wanted, output.console())
     except Trouble as error:
         refuse(str(error))
     raise typer.Exit(status)

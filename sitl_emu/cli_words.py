@@ -1,11 +1,12 @@
 """What the commands of the command line have in common: how they speak, and how they read speeds and vehicles."""
 
 import math
-import os
 import sys
 from typing import NoReturn
 
 import typer
+
+from sitl_emu.run.output import to_nobody
 
 BAD_INPUT = 2
 LAST_INSTANCE = 249
@@ -20,9 +21,7 @@ def say(text: str, nl: bool = True) -> None:
     try:
         typer.echo(text, nl=nl)
     except OSError:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
+        to_nobody(sys.stdout)
 
 
 def refuse(text: str) -> NoReturn:

@@ -19,6 +19,7 @@ from sitl_emu.run import (
     folders,
     ground_picture,
     launcher,
+    output,
     preflight,
     score,
     wiring,
@@ -68,7 +69,7 @@ def run_scenario(
         dds_socket.check(len(scenario.vehicles))
     folder = make_folder(out, scenario.name)
     wanted = wiring.Wanted(scenario, seed, speed, folder, gcs, first_instance, video, dds, isolated)
-    console = Console()
+    console = output.console()
     write_inputs(wanted, built)
     for line in worlds.not_read(built):
         console.print(line, markup=False, highlight=False)

@@ -12,9 +12,7 @@ import threading
 from pathlib import Path
 from typing import NoReturn
 
-from rich.console import Console
-
-from sitl_emu.run import checks, preflight, run_command, wiring
+from sitl_emu.run import checks, output, preflight, run_command, wiring
 from sitl_emu.run.campaign.flight import EXIT_ACCIDENT, EXIT_REFUSED, Job
 from sitl_emu.run.scenario import checked
 from sitl_emu.run.trouble import Trouble
@@ -42,7 +40,7 @@ def fly(job: Job) -> tuple[int, str]:
     folder = run_command.make_folder(Path(job.folder), scenario.name)
     wanted = wiring.Wanted(scenario, job.seed, None, folder, isolated=job.isolated)
     run_command.write_inputs(wanted, world)
-    status, ending = run_command.fly(wanted, world, Console())
+    status, ending = run_command.fly(wanted, world, output.console())
     if ending.refused:
         return EXIT_REFUSED, ending.complaint
     return (EXIT_ACCIDENT, ending.complaint) if ending.accident else (status, f"seed {job.seed}")
