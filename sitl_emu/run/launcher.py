@@ -1,8 +1,8 @@
 """`sitl-emu run`: starts the processes of a scenario, shows how they do, and ends them all whatever happens.
 
 World, cameras, autopilots and companions are processes of their own, joined by control channels that they inherit. When
-one dies, the launcher says which, and ends the rest; Ctrl-C and SIGTERM end them too. Each writes what it has to
-complain about into `logs/` of the run's folder.
+one dies, the launcher says which, and ends the rest; Ctrl-C, SIGTERM and a terminal that is closed end them too. Each
+writes what it has to complain about into `logs/` of the run's folder.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ from sitl_emu.run.children import STOP_S, Child, end_all, kill, obituary
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import View
 from sitl_emu.run.messages import CommandEnded, EventTold, Kill, Killed, Listening, Over, Progress, Stop
-from sitl_emu.run.process import EXIT_EXPLAINED
+from sitl_emu.run.process import EXIT_EXPLAINED, ending_signals
 
 POLL_S = 0.1
 FINISH_S = 20.0
@@ -46,7 +46,7 @@ class Ending:
 
 
 class Stopped(Exception):
-    """Ctrl-C or SIGTERM."""
+    """Ctrl-C, SIGTERM, or a terminal that was closed."""
 
 
 def run(wanted: wiring.Wanted, view: View) -> Ending:
@@ -58,33 +58,54 @@ def run(wanted: wiring.Wanted, view: View) -> Ending:
     (wanted.folder / "frames").mkdir()
     children: list[Child] = []
     ending = Ending("interrupted")
-    with _stoppable():
+    with _stoppable() as stop:
         try:
             world = wiring.start(wanted, children)
             try:
-                _watch(world, children, view, ending)
+                with stop.heard():
+                    _watch(world, children, view, ending)
             except Stopped:
                 _stop(world, ending)
-        except Stopped:
-            pass
         finally:
             end_all(children, FINISH_S if ending.over and not ending.over.lost else STOP_S)
             wiring.remove_rings(wanted)
     return ending
 
 
+class _Stop:
+    """What signals do: they raise Stopped while they are heard, and wait until they are.
+
+    Nobody hears them while a process is started, which else were in no list yet, and while all are ended.
+    """
+
+    def __init__(self) -> None:
+        self._asked = self._heard = False
+
+    def ask(self, _number: int, _frame: FrameType | None) -> None:
+        """A signal's handler."""
+        self._asked = True
+        if self._heard:
+            raise Stopped
+
+    @contextlib.contextmanager
+    def heard(self) -> Iterator[None]:
+        """Raise Stopped in the body, and before it where a signal has come by then."""
+        self._heard = True
+        try:
+            if self._asked:
+                raise Stopped
+            yield
+        finally:
+            self._heard = False
+
+
 @contextlib.contextmanager
-def _stoppable() -> Iterator[None]:
-    """Let SIGINT and SIGTERM raise Stopped once; while it ends its processes, the launcher hears neither."""
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
-        raise Stopped
-
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+def _stoppable() -> Iterator[_Stop]:
+    """Let signals stop the run."""
+    stop = _Stop()
+    before = {number: signal.signal(number, stop.ask) for number in ending_signals()}
     try:
-        yield
+        yield stop
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -111,21 +132,21 @@ def _watch(world: ControlChannel, children: list[Child], view: View, ending: End
                     if message.lost:
                         _blame(ending, children, message.lost)
                     return
+            for child in children:
+                status = child.process.poll()
+                if status is None or child.title in told or child.killed:
+                    continue
+                if child.command:
+                    told.add(child.title)
+                    if status:
+                        ending.complaint = "\n".join(filter(None, (ending.complaint, obituary(child))))
+                    world.send(CommandEnded(child.title.removeprefix("companion "), status))
+                elif child.title != "world":
+                    _blame(ending, children, f"{child.title} has ended")
+                    return
         except ProcessLostError:
             _blame(ending, children, "the world process has gone")
             return
-        for child in children:
-            status = child.process.poll()
-            if status is None or child.title in told or child.killed:
-                continue
-            if child.command:
-                told.add(child.title)
-                if status:
-                    ending.complaint = "\n".join(filter(None, (ending.complaint, obituary(child))))
-                world.send(CommandEnded(child.title.removeprefix("companion "), status))
-            elif child.title != "world":
-                _blame(ending, children, f"{child.title} has ended")
-                return
 
 
 def _kill(title: str, children: list[Child]) -> None:

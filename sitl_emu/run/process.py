@@ -16,6 +16,12 @@ EXIT_EXPLAINED = 3
 CANNOT_WRITE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EIO}
 
 
+def ending_signals() -> list[signal.Signals]:
+    """SIGINT, SIGTERM, and SIGHUP of a terminal that is closed; without those that are ignored, as nohup has it."""
+    asked = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    return [number for number in asked if signal.getsignal(number) is not signal.SIG_IGN]
+
+
 class StartError(Exception):
     """A process can't be set up; the text is one line for people."""
 

@@ -27,6 +27,7 @@ from sitl_emu.run.campaign.flight import Job, Keep, Result
 from sitl_emu.run.campaign.pools import Pool
 from sitl_emu.run.campaign.progress import CampaignView
 from sitl_emu.run.campaign.store import Store
+from sitl_emu.run.process import ending_signals
 from sitl_emu.run.scenario import Scenario, find
 from sitl_emu.run.trouble import Trouble
 
@@ -170,13 +171,13 @@ def _result_of(future: "Future[Result]", job: Job) -> Result:
 
 @contextlib.contextmanager
 def _stoppable() -> Iterator[threading.Event]:
-    """An event that Ctrl-C and SIGTERM set."""
+    """An event that Ctrl-C, SIGTERM and a terminal that is closed set."""
     stopped = threading.Event()
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         stopped.set()
 
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, stop) for number in ending_signals()}
     try:
         yield stopped
     finally:

@@ -1,0 +1,138 @@
+"""The launcher of a run: signals at any stage, and processes that end when they should not."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from sitl_emu.run import launcher, wiring
+from sitl_emu.run.children import Child
+from sitl_emu.run.control import ControlChannel
+from sitl_emu.run.live_view import View
+from sitl_emu.run.messages import EventTold, Message, Over, Progress
+from sitl_emu.run.scenario import find, load
+
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+class NoView(View):
+    def status(self, status: Progress) -> None:
+        pass
+
+    def event(self, event: EventTold) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+def child(folder: Path, title: str, program: str, *, command: bool = False) -> Child:
+    (folder / "log").touch()
+    process = subprocess.Popen([sys.executable, "-c", program], start_new_session=True)
+    return Child(title, process, folder / "log", command)
+
+
+Start = Callable[[wiring.Wanted, list[Child]], ControlChannel]
+
+
+class AWorld:
+    """The launcher's channel to a world process, and what that says."""
+
+    def __init__(self) -> None:
+        ours, self._its = socket.socketpair()
+        self.control, self._end = ControlChannel(ours, "the world process"), ControlChannel(self._its, "the launcher")
+
+    def say(self, message: Message) -> None:
+        self._end.send(message)
+
+    def die(self) -> None:
+        self._its.close()
+
+    def close(self) -> None:
+        self.control.close()
+        self._its.close()
+
+
+@pytest.fixture
+def world() -> Iterator[AWorld]:
+    made = AWorld()
+    yield made
+    made.close()
+
+
+def run(folder: Path, monkeypatch: pytest.MonkeyPatch, start: Start) -> launcher.Ending:
+    monkeypatch.setattr(wiring, "start", start)
+    return launcher.run(wiring.Wanted(load(find("agriculture")), 1, None, folder), NoView())
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_while_a_process_is_started_ends_that_too(
+    tmp_path: Path, world: AWorld, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    there = list[Child]()
+
+    def start(_: wiring.Wanted, children: list[Child]) -> ControlChannel:
+        there.append(child(tmp_path, "companion uas", "import time; time.sleep(1000)", command=True))
+        os.kill(os.getpid(), number)
+        children += there
+        world.die()
+        return world.control
+
+    assert run(tmp_path, monkeypatch, start).outcome == "interrupted"
+    assert there[0].process.poll() is not None
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_while_processes_are_ended_leaves_none_and_the_runs_outcome(
+    tmp_path: Path, world: AWorld, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    there, end_all = list[Child](), launcher.end_all
+
+    def start(_: wiring.Wanted, children: list[Child]) -> ControlChannel:
+        there.append(child(tmp_path, "companion uas", "import time; time.sleep(1000)", command=True))
+        children += there
+        world.say(Over("success"))
+        return world.control
+
+    def end(children: list[Child], patience_s: float) -> None:
+        os.kill(os.getpid(), number)
+        end_all(children, patience_s)
+
+    monkeypatch.setattr(launcher, "end_all", end)
+    assert run(tmp_path, monkeypatch, start).outcome == "success"
+    assert there[0].process.poll() is not None
+
+
+def test_a_hang_up_that_is_ignored_as_by_nohup_stays_so(
+    tmp_path: Path, world: AWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def start(_: wiring.Wanted, children: list[Child]) -> ControlChannel:
+        os.kill(os.getpid(), signal.SIGHUP)
+        world.say(Over("success"))
+        return world.control
+
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert run(tmp_path, monkeypatch, start).outcome == "success"
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_companion_that_ends_when_the_world_has_gone_is_no_error_of_the_launchers(
+    tmp_path: Path, world: AWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def start(_: wiring.Wanted, children: list[Child]) -> ControlChannel:
+        children.append(child(tmp_path, "world", "raise SystemExit(7)"))
+        children.append(child(tmp_path, "companion uas", "", command=True))
+        for each in children:
+            each.process.wait()
+        monkeypatch.setattr(world.control, "poll", lambda: None)  # its end has not come yet
+        world.die()
+        return world.control
+
+    assert "exit status 7" in run(tmp_path, monkeypatch, start).outcome
