@@ -122,13 +122,16 @@ class RingWriter:
     """The one who makes a ring, writes into it, and removes it."""
 
     def __init__(self, name: str, what: Format, slots: int = 8) -> None:
-        """Raises RingError when somebody alive writes to a ring of that name."""
+        """Raises RingError when somebody alive writes to a ring of that name, or shared memory has no room for it."""
         self.name, self.what, self.slots = name, what, slots
         self._count = 0
-        self._file = os.open(FOLDER, os.O_RDWR | os.O_TMPFILE | os.O_CLOEXEC, 0o644)
+        size = _ALIGN + slots * what.slot_size
+        try:
+            self._file = os.open(FOLDER, os.O_RDWR | os.O_TMPFILE | os.O_CLOEXEC, 0o644)
+        except OSError as error:
+            raise _no_room(name, size, error) from None
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            size = _ALIGN + slots * what.slot_size
             os.posix_fallocate(self._file, 0, size)
             self._memory = mmap.mmap(self._file, size)
             encoding = what.encoding.value.encode()
@@ -138,7 +141,7 @@ class RingWriter:
             self._give_name()
         except OSError as error:
             os.close(self._file)
-            raise RingError(f"shm:{name}: can't be made: {error.strerror}") from None
+            raise _no_room(name, size, error) from None
         except RingError:
             os.close(self._file)
             raise
@@ -185,6 +188,13 @@ class RingWriter:
         finally:
             os.close(folder)
         raise RingError(f"shm:{self.name}: there is such a ring already, and whoever writes to it is alive")
+
+
+def _no_room(name: str, size: int, error: OSError) -> RingError:
+    mib = -(-size // (1 << 20))
+    return RingError(
+        f"shm:{name}: can't be made: {error.strerror}; {FOLDER} needs {mib} MiB for it (a container's: --shm-size=1g)"
+    )
 
 
 class RingReader:

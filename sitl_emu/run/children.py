@@ -84,8 +84,8 @@ def start_command(
     Raises Trouble if there is no such program.
     """
     log = folder / "logs" / f"{title.replace(' ', '-')}.log"
-    try:
-        with log.open("wb") as output:
+    with log.open("wb") as output:
+        try:
             process = subprocess.Popen(
                 arguments,
                 stdin=subprocess.DEVNULL,
@@ -94,8 +94,8 @@ def start_command(
                 start_new_session=True,
                 env={**os.environ, **more_env},
             )
-    except OSError as error:
-        raise Trouble(f"{title}: can't start {arguments[0]!r}: {error.strerror}") from None
+        except OSError as error:
+            raise Trouble(f"{title}: can't start {arguments[0]!r}: {error.strerror}") from None
     return Child(title, process, log, command=not autopilot, outside=autopilot)
 
 

@@ -20,6 +20,7 @@ from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import View
 from sitl_emu.run.messages import CommandEnded, EventTold, Kill, Killed, Listening, Over, Progress, Stop
 from sitl_emu.run.process import EXIT_EXPLAINED, ending_signals
+from sitl_emu.run.trouble import Trouble, unwritable
 
 POLL_S = 0.1
 FINISH_S = 20.0
@@ -54,13 +55,11 @@ def run(wanted: wiring.Wanted, view: View) -> Ending:
 
     Raises Trouble where it can't be started.
     """
-    (wanted.folder / "logs").mkdir()
-    (wanted.folder / "frames").mkdir()
     children: list[Child] = []
     ending = Ending("interrupted")
     with _stoppable() as stop:
         try:
-            world = wiring.start(wanted, children)
+            world = _start(wanted, children)
             try:
                 with stop.heard():
                     _watch(world, children, view, ending)
@@ -70,6 +69,21 @@ def run(wanted: wiring.Wanted, view: View) -> Ending:
             end_all(children, FINISH_S if ending.over and not ending.over.lost else STOP_S)
             wiring.remove_rings(wanted)
     return ending
+
+
+def _start(wanted: wiring.Wanted, children: list[Child]) -> ControlChannel:
+    """See `wiring.start`. Raises Trouble."""
+    try:
+        for name in ("logs", "frames"):
+            (wanted.folder / name).mkdir()
+        return wiring.start(wanted, children)
+    except OSError as error:
+        if error.filename is not None:
+            raise unwritable(wanted.folder, error) from None
+        raise Trouble(
+            f"the run's processes can't be started: {error.strerror}; `ulimit -a` shows what this user may have "
+            "(processes, open files, memory)"
+        ) from None
 
 
 class _Stop:

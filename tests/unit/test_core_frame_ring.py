@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sitl_emu.core import frame_ring
 from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingReader, RingWriter, remove_if_left
 from tests.typed import now
 
@@ -235,3 +236,11 @@ def test_what_is_no_ring_is_told(name: str) -> None:
     with pytest.raises(RingError, match="that shared memory is no ring of frames"):
         RingReader(name)
     path.unlink()
+
+
+def test_a_ring_without_shared_memory_is_told_with_what_it_needs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(frame_ring, "FOLDER", tmp_path / "shm")
+    with pytest.raises(RingError, match=r"No such file or directory; .*shm needs 1 MiB for it .*--shm-size"):
+        RingWriter("any", IMAGE)

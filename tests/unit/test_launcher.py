@@ -1,5 +1,6 @@
 """The launcher of a run: signals at any stage, and processes that end when they should not."""
 
+import errno
 import os
 import signal
 import socket
@@ -16,6 +17,7 @@ from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.live_view import View
 from sitl_emu.run.messages import EventTold, Message, Over, Progress
 from sitl_emu.run.scenario import find, load
+from sitl_emu.run.trouble import Trouble
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
@@ -67,6 +69,8 @@ def world() -> Iterator[AWorld]:
 
 def run(folder: Path, monkeypatch: pytest.MonkeyPatch, start: Start) -> launcher.Ending:
     monkeypatch.setattr(wiring, "start", start)
+    folder = folder / "run"
+    folder.mkdir()
     return launcher.run(wiring.Wanted(load(find("agriculture")), 1, None, folder), NoView())
 
 
@@ -136,3 +140,25 @@ def test_a_companion_that_ends_when_the_world_has_gone_is_no_error_of_the_launch
         return world.control
 
     assert "exit status 7" in run(tmp_path, monkeypatch, start).outcome
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device", "run/logs/world.log"), "can't write there: No space left"),
+        (BlockingIOError(errno.EAGAIN, "Resource temporarily unavailable"), "can't be started: Resource temporarily"),
+    ],
+)
+def test_processes_that_can_not_be_started_are_told_in_a_line_and_those_that_were_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, told: str
+) -> None:
+    there = list[Child]()
+
+    def start(_: wiring.Wanted, children: list[Child]) -> ControlChannel:
+        there.append(child(tmp_path, "world", "import time; time.sleep(1000)"))
+        children += there
+        raise error
+
+    with pytest.raises(Trouble, match=told):
+        run(tmp_path, monkeypatch, start)
+    assert there[0].process.poll() is not None
