@@ -1,5 +1,6 @@
 """Folders that a command fills: new or empty ones, so that nothing of the user's, or of an earlier one, is lost."""
 
+import itertools
 import os
 from pathlib import Path
 
@@ -16,3 +17,17 @@ def make(folder: Path) -> None:
             raise PermissionError(None, "Permission denied")
     except OSError as error:
         raise unwritable(folder, error) from None
+
+
+def make_new(folder: Path) -> Path:
+    """Make a folder that nobody else has: of this name, or with a number after it. Raises Trouble."""
+    new, numbers = folder, itertools.count(2)
+    while True:
+        try:
+            new.mkdir(parents=True)
+        except FileExistsError:
+            new = folder.with_name(f"{folder.name}-{next(numbers)}")
+        except OSError as error:
+            raise unwritable(folder, error) from None
+        else:
+            return new

@@ -151,9 +151,10 @@ def _prepare_missions(scenario: Scenario, world: World, folder: Path, seed: int,
 
 def make_folder(out: Path | None, name: str) -> Path:
     """The run's folder, new or empty. Raises Trouble where it can't be written."""
-    folder = out if out is not None else Path("runs") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
-    folders.make(folder)
-    return folder
+    if out is None:
+        return folders.make_new(Path("runs") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}")
+    folders.make(out)
+    return out
 
 
 def _report(
