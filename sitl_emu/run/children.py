@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import BinaryIO
 
 from sitl_emu.run import configs
-from sitl_emu.run.process import EXIT_EXPLAINED
+from sitl_emu.run.process import EXIT_EXPLAINED, signal_name
 from sitl_emu.run.trouble import Trouble
 
 STOP_S = 2.0
 """How long processes have to end by themselves when a run goes wrong; then they get SIGTERM, and at last SIGKILL."""
-LOG_LINES = 12
+LOG_LINES, LOG_BYTES = 12, 1 << 14
+"""As much of a log's end is told."""
 THRIFT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -45,6 +46,16 @@ class Child:
     """An autopilot from outside: it does not see by itself that the run is over."""
     killed: bool = False
     """By a fault of the scenario."""
+
+    @property
+    def explained(self) -> bool:
+        """Whether it is one of ours and has ended with its last line as the reason."""
+        return self.process.returncode == EXIT_EXPLAINED and not self.command and not self.outside
+
+    @property
+    def failed(self) -> bool:
+        """Whether it has ended as no process of a run should; a companion of the user's may."""
+        return bool(self.process.poll()) and not self.command and not self.killed
 
 
 def start_process(title: str, module: str, config: configs.ProcessConfig, end: socket.socket, folder: Path) -> Child:
@@ -109,15 +120,22 @@ def kill(child: Child) -> None:
 def obituary(child: Child) -> str:
     """How it ended, and the last that it said."""
     status = child.process.returncode
-    last = child.log.read_text(errors="replace").strip().splitlines()[-LOG_LINES:]
     if status < 0:
-        how = f"{child.title} (pid {child.process.pid}) was killed by {signal.Signals(-status).name}"
+        how = f"{child.title} (pid {child.process.pid}) was killed by {signal_name(-status)}"
         return f"{how}; its log is {child.log}"
-    if status == EXIT_EXPLAINED and not child.command:
+    last = _last_lines(child.log)
+    if child.explained:
         return f"{child.title}: {last[-1] if last else f'{child.log} has no room for why it ended'}"
     said = "".join(f"\n  {line}" for line in last)
     how = f"{child.title} (pid {child.process.pid}) ended with exit status {status}"
     return f"{how}; its log {child.log} ends:{said}" if said else f"{how} without a word"
+
+
+def _last_lines(log: Path) -> list[str]:
+    """Of a log that a program of the user's may have made as long as the disk."""
+    with log.open("rb") as file:
+        file.seek(max(0, os.fstat(file.fileno()).st_size - LOG_BYTES))
+        return file.read(LOG_BYTES).decode(errors="replace").strip().splitlines()[-LOG_LINES:]
 
 
 def end_all(children: list[Child], patience_s: float) -> None:

@@ -19,7 +19,7 @@ from sitl_emu.run.children import STOP_S, Child, end_all, kill, obituary
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.live_view import View
 from sitl_emu.run.messages import CommandEnded, EventTold, Kill, Killed, Listening, Over, Progress, Stop
-from sitl_emu.run.process import EXIT_EXPLAINED, ending_signals
+from sitl_emu.run.process import ending_signals
 from sitl_emu.run.trouble import Trouble, unwritable
 
 POLL_S = 0.1
@@ -189,14 +189,13 @@ def _blame(ending: Ending, children: list[Child], lost: str) -> None:
     Its sockets are closed before its exit status is there, on a busy machine by seconds.
     """
     until = time.monotonic() + DYING_S
-    while time.monotonic() < until and not any(child.process.poll() and not child.killed for child in children):
+    while not (dead := [each for each in children if each.failed]) and time.monotonic() < until:
         time.sleep(0.02)
-    dead = [child for child in children if child.process.poll() and not child.command and not child.killed]
     if not dead:
         ending.complaint, ending.accident = lost, True
     else:
         child = min(dead, key=lambda child: child.process.returncode)
         ending.complaint = obituary(child)
         ending.accident = child.process.returncode < 0
-        ending.refused = child.process.returncode == EXIT_EXPLAINED
+        ending.refused = child.explained
     ending.outcome = ending.complaint.splitlines()[0]

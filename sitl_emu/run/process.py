@@ -22,6 +22,14 @@ def ending_signals() -> list[signal.Signals]:
     return [number for number in asked if signal.getsignal(number) is not signal.SIG_IGN]
 
 
+def signal_name(number: int) -> str:
+    """SIGKILL of 9; a real-time signal has but its number."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
 class StartError(Exception):
     """A process can't be set up; the text is one line for people."""
 

@@ -6,7 +6,6 @@ from the launcher.
 """
 
 import math
-import signal
 import socket
 import time
 from collections import deque
@@ -45,7 +44,7 @@ from sitl_emu.run.messages import (
 from sitl_emu.run.obstacle_socket import ObstacleSocket
 from sitl_emu.run.outside_channel import OutsideChannel
 from sitl_emu.run.pacing import Pacer
-from sitl_emu.run.process import StartError, main
+from sitl_emu.run.process import StartError, main, signal_name
 from sitl_emu.run.recorder import RunRecorder
 from sitl_emu.run.ros.seen import SeenByRos
 from sitl_emu.world.simulation import Simulation
@@ -308,7 +307,7 @@ def _shut_down(conductor: Conductor, commands: set[str]) -> str:
 
 
 def _how(status: int) -> str:
-    return f"killed by {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
+    return f"killed by {signal_name(-status)}" if status < 0 else f"exit status {status}"
 
 
 class Stopwatch:

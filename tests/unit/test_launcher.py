@@ -33,10 +33,15 @@ class NoView(View):
         pass
 
 
-def child(folder: Path, title: str, program: str, *, command: bool = False) -> Child:
+def child(folder: Path, title: str, program: str, *, command: bool = False, waits: bool = False) -> Child:
     (folder / "log").touch()
-    process = subprocess.Popen([sys.executable, "-c", program], start_new_session=True)
+    stdin = subprocess.PIPE if waits else subprocess.DEVNULL
+    process = subprocess.Popen([sys.executable, "-c", program], stdin=stdin, start_new_session=True)
     return Child(title, process, folder / "log", command)
+
+
+def release(waiting: Child) -> None:
+    waiting.process.communicate(b"\n")
 
 
 Start = Callable[[wiring.Wanted, list[Child]], ControlChannel]
@@ -162,3 +167,18 @@ def test_processes_that_can_not_be_started_are_told_in_a_line_and_those_that_wer
     with pytest.raises(Trouble, match=told):
         run(tmp_path, monkeypatch, start)
     assert there[0].process.poll() is not None
+
+
+def test_who_has_died_is_named_though_a_companion_has_failed_long_before(
+    tmp_path: Path, world: AWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def start(_: wiring.Wanted, children: list[Child]) -> ControlChannel:
+        children.append(child(tmp_path, "companion uas", "raise SystemExit(1)", command=True))
+        children[0].process.wait()
+        children.append(child(tmp_path, "autopilot uas", "input(); raise SystemExit(5)", waits=True))
+        world.say(Over("", lost="the autopilot has gone"))
+        monkeypatch.setattr("time.sleep", lambda _: release(children[1]))  # it dies while it is looked who has
+        return world.control
+
+    ending = run(tmp_path, monkeypatch, start)
+    assert ending.outcome.startswith("autopilot uas (pid") and "exit status 5" in ending.outcome and not ending.accident

@@ -232,3 +232,28 @@ def test_an_obituary_has_the_last_words_or_why_there_are_none(
     path = tmp_path / "uas.log"
     path.write_text(log)
     assert wanted.format(log=path, pid=process.pid) in obituary(Child("autopilot uas", process, path))
+
+
+def test_of_a_log_larger_than_memory_the_end_is_read(tmp_path: Path) -> None:
+    process = subprocess.Popen([sys.executable, "-c", "raise SystemExit(1)"])
+    process.wait()
+    with (tmp_path / "uas.log").open("wb") as log:
+        log.truncate(1 << 37)
+        log.seek(0, io.SEEK_END)
+        log.write(b"\nKeyError: 7\n")
+    assert obituary(Child("companion uas", process, tmp_path / "uas.log", command=True)).endswith("\n  KeyError: 7")
+
+
+def test_an_exit_status_of_the_users_autopilot_says_nothing_of_its_log(tmp_path: Path) -> None:
+    process = subprocess.Popen([sys.executable, "-c", f"raise SystemExit({EXIT_EXPLAINED})"])
+    process.wait()
+    (tmp_path / "uas.log").write_text("KeyError: 7\nBye\n")
+    told = obituary(Child("autopilot uas", process, tmp_path / "uas.log", outside=True))
+    assert "ended with exit status 3" in told and "KeyError: 7" in told
+
+
+def test_a_real_time_signal_is_named_by_its_number(tmp_path: Path) -> None:
+    process = subprocess.Popen([sys.executable, "-c", "import os; os.kill(os.getpid(), 40)"])
+    process.wait()
+    told = obituary(Child("companion uas", process, tmp_path / "uas.log", command=True))
+    assert told == f"companion uas (pid {process.pid}) was killed by signal 40; its log is {tmp_path / 'uas.log'}"
