@@ -1,5 +1,6 @@
 """The flight logs of a run, found in its folder: `VEHICLE.ulg` and, for later ones, `VEHICLE-2.ulg` and so on."""
 
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,4 +14,7 @@ def show(folder: Path, vehicles: Sequence[str]) -> None:
         logs = sorted((folder / ROOTFS / name / LOG).rglob("*.ulg"))
         for number, log in enumerate(logs, 1):
             link = folder / (f"{name}.ulg" if number == 1 else f"{name}-{number}.ulg")
-            link.symlink_to(log.relative_to(folder))
+            try:
+                link.symlink_to(log.relative_to(folder))
+            except OSError:  # the file system has no links, such as a USB stick's
+                shutil.copyfile(log, link)
