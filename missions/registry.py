@@ -36,7 +36,7 @@ def found() -> dict[str, EntryPoint]:
 
 def _declared_here() -> list[EntryPoint]:
     """Those of the checkout that this file lies in, if it does."""
-    project = tomllib.loads(CHECKOUT.read_text()).get("project", {}) if CHECKOUT.is_file() else {}
+    project = tomllib.loads(CHECKOUT.read_text("utf-8")).get("project", {}) if CHECKOUT.is_file() else {}
     if project.get("name") != "sitl-emu":
         return []
     return [EntryPoint(name, value, GROUP) for name, value in project["entry-points"][GROUP].items()]

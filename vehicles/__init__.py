@@ -151,7 +151,7 @@ def read(folder: pathlib.Path) -> Vehicle:
     toml, airframe = folder / TOML, folder / AIRFRAME
     where = str(toml)
     try:
-        table = tomllib.loads(toml.read_text())
+        table = tomllib.loads(toml.read_text("utf-8"))
     except OSError as error:
         raise VehicleError(f"{toml}: {error.strerror}; a model's folder holds {TOML} and {AIRFRAME}") from None
     except ValueError as error:  # no UTF-8, no TOML, or a number of thousands of digits
@@ -187,7 +187,7 @@ def _check_sensors(sensors: Sensors, where: str) -> None:
 
 def _receiver(name: str, where: str) -> Mapping[str, Any]:
     """All figures of a GNSS receiver. Raises VehicleError for an unknown one."""
-    known: dict[str, dict[str, Any]] = tomllib.loads((FOLDER / RECEIVERS).read_text())
+    known: dict[str, dict[str, Any]] = tomllib.loads((FOLDER / RECEIVERS).read_text("utf-8"))
     if name not in known:
         raise VehicleError(f"{where} = {name!r}: known are {', '.join(known)}, or give its figures as a table")
     return known[name]

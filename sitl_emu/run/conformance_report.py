@@ -58,7 +58,7 @@ def check(path: Path) -> None:
 def write(path: Path, run: Conformance) -> None:
     """Write the page, in the form that the file's suffix says; raises Trouble if it can't be written."""
     try:
-        path.write_text(WRITERS[path.suffix](list(page(run))))
+        path.write_text(WRITERS[path.suffix](list(page(run))), "utf-8")
     except OSError as error:
         raise Trouble(f"--report {path}: {error.strerror}") from error
 

@@ -77,7 +77,8 @@ def write(
     parts += [section_html(section) for page in pages for section in page.sections]
     parts += ["<h2>Frames</h2>", _frames(folder, events), "<h2>Events</h2>", _events(events)]
     page = f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(summary['scenario'])}</title>"
-    (folder / "report.html").write_text(f"{page}<style>{STYLE}</style><body>{''.join(parts)}</body></html>\n")
+    text = f"{page}<style>{STYLE}</style><body>{''.join(parts)}</body></html>\n"
+    (folder / "report.html").write_text(text, "utf-8")
 
 
 def draw_map(

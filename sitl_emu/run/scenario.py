@@ -109,7 +109,7 @@ def load(path: Path) -> Scenario:
 def read(path: Path) -> dict[str, Any]:
     """What a scenario file says, unchecked. Raises ScenarioError where it is no mapping."""
     try:
-        data = yaml_text.load(path.read_text())
+        data = yaml_text.load(path.read_text("utf-8"))
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror}") from None
     except yaml_text.YamlError as error:

@@ -124,7 +124,7 @@ def read(path: Path, world: World, time_s: float) -> list[View]:
 def _rows(path: Path, needed: tuple[str, ...], known: tuple[str, ...]) -> Iterator[tuple[int, dict[str, float]]]:
     """Each with its line's number. Raises Trouble."""
     try:
-        text = path.read_text()
+        text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise Trouble(f"{path}: can't be read: {getattr(error, 'strerror', None) or 'not text'}") from None
     table = csv.DictReader(text.splitlines(), restval="")

@@ -174,7 +174,7 @@ def load(path: Path) -> WorldDescription:
     if path.suffix in sdf.SUFFIXES:
         return read(sdf.read(path), str(path))
     try:
-        data = yaml_text.load(path.read_text())
+        data = yaml_text.load(path.read_text("utf-8"))
     except OSError as error:
         raise WorldError(f"{path}: {error.strerror}") from None
     except yaml_text.YamlError as error:
