@@ -4,15 +4,19 @@ The tests know nothing of the emulator, and what they cover and why they say the
 runs them without its own output; a plugin keeps what came out and says it as it comes.
 """
 
+import contextlib
 import importlib.util
 import os
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from types import FrameType
 from typing import Any, NamedTuple
 
 import pytest
 
 from sitl_emu.run.addresses import check_host, is_port
+from sitl_emu.run.process import ending_signals
 from sitl_emu.run.trouble import Trouble
 
 CARRIED = Path(__file__).parents[1] / "conformance"
@@ -103,7 +107,8 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
     before = os.environ.get(URL_VARIABLE)
     os.environ[URL_VARIABLE] = url
     try:
-        status = pytest.main([*_options(), *(str(known[service]) for service in chosen)], [keeper])
+        with keeper.interruptible():
+            status = pytest.main([*_options(), *(str(known[service]) for service in chosen)], [keeper])
     finally:
         if before is None:
             del os.environ[URL_VARIABLE]
@@ -154,11 +159,33 @@ class Keeper:
         self._items: dict[str, pytest.Item] = {}
         self._phases: list[pytest.TestReport] = []
         self._service = ""
+        self._interrupted = False
+
+    @contextlib.contextmanager
+    def interruptible(self) -> Iterator[None]:
+        """Let Ctrl-C, and whatever else ends a process, end the tests: the one that goes on cleans up."""
+
+        def interrupt(_number: int, _frame: FrameType | None) -> None:
+            self._interrupted = True
+            raise KeyboardInterrupt
+
+        before = {number: signal.signal(number, interrupt) for number in ending_signals()}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def _stop_if_interrupted(self) -> None:
+        """Again, as while a module is imported KeyboardInterrupt may be lost (in a callback, or a bare `except`)."""
+        if self._interrupted:
+            raise KeyboardInterrupt
 
     # What pytest calls
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """All tests are known."""
+        self._stop_if_interrupted()
         self._items = {item.nodeid: item for item in session.items}
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
@@ -177,6 +204,7 @@ class Keeper:
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
         """A test begins."""
+        self._stop_if_interrupted()
         service = _service(self._items[nodeid])
         if service != self._service:
             self.end_line()

@@ -1,9 +1,11 @@
 """`sitl-emu conformance`: what it refuses, what its pages say, what its tests tell, what the wheel carries."""
 
+import contextlib
 import importlib.util
 import os
 import re
 import runpy
+import signal
 import socket
 import subprocess
 from pathlib import Path
@@ -16,7 +18,7 @@ from typer.testing import CliRunner
 from sitl_emu.cli import app
 from sitl_emu.core import dialect
 from sitl_emu.run import conformance, conformance_report
-from sitl_emu.run.conformance import Conformance, Covers, Result
+from sitl_emu.run.conformance import Conformance, Covers, Keeper, Result
 
 from .measurements import is_known
 
@@ -116,6 +118,17 @@ def test_the_station_of_a_high_port_speaks_from_a_port_that_there_is(port: int, 
 def test_who_stops_before_an_autopilot_was_heard_reads_just_that() -> None:
     run = Conformance("udpout:127.0.0.1:9", "", (), interrupted=True)
     assert list(conformance.summary(run)) == ["interrupted before an autopilot was heard on udpout:127.0.0.1:9"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_that_is_lost_while_a_module_is_imported_ends_the_tests_at_the_next(number: signal.Signals) -> None:
+    keeper, before = Keeper(lambda _: None), signal.getsignal(number)
+    with keeper.interruptible():
+        with contextlib.suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+        with pytest.raises(KeyboardInterrupt):
+            keeper.pytest_runtest_logstart("the next")
+    assert signal.getsignal(number) == before
 
 
 def test_a_url_that_pymavlink_does_not_take_is_told_in_a_line() -> None:
