@@ -112,8 +112,7 @@ def start_command(
 
 def kill(child: Child) -> None:
     """By SIGKILL, with whatever it has started; returns when it is dead."""
-    with contextlib.suppress(ProcessLookupError):
-        os.killpg(child.process.pid, signal.SIGKILL)
+    _signal_group(child, signal.SIGKILL)
     child.process.wait()
 
 
@@ -140,21 +139,39 @@ def _last_lines(log: Path) -> list[str]:
 
 def end_all(children: list[Child], patience_s: float) -> None:
     """End all processes: by themselves when they see the world go, then by SIGTERM, then by SIGKILL."""
-    _signal([child for child in children if child.command or child.outside or child.title == "world"], signal.SIGTERM)
-    if _wait(children, patience_s):
-        return
-    _signal(children, signal.SIGTERM)
-    if _wait(children, STOP_S / 2):
-        return
-    _signal(children, signal.SIGKILL)
-    _wait(children, STOP_S)
+    users = [child for child in children if child.command or child.outside]
+    _signal([*users, *(child for child in children if child.title == "world")], signal.SIGTERM)
+    if not _wait(children, patience_s):
+        _signal(children, signal.SIGTERM)
+        if not _wait(children, STOP_S / 2):
+            _signal(children, signal.SIGKILL)
+            _wait(children, STOP_S)
+    _end_left(users)
+
+
+def _end_left(users: list[Child]) -> None:
+    """End what programs of the user's have started and left behind, such as a script's `node &`."""
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        until = time.monotonic() + STOP_S / 2
+        for child in users:
+            _signal_group(child, number)
+        while any(_signal_group(child, 0) for child in users) and time.monotonic() < until:
+            time.sleep(0.02)
+
+
+def _signal_group(child: Child, number: int) -> bool:
+    """Whether there was anybody to get it."""
+    try:
+        os.killpg(child.process.pid, number)
+    except (ProcessLookupError, PermissionError):
+        return False
+    return True
 
 
 def _signal(children: list[Child], number: signal.Signals) -> None:
     for child in children:
         if child.process.poll() is None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(child.process.pid, number)
+            _signal_group(child, number)
 
 
 def _wait(children: list[Child], limit_s: float) -> bool:

@@ -6,7 +6,7 @@ What is said is none of a run's results: nothing else ends with it.
 import contextlib
 import os
 import sys
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ def console() -> "Console":
     return Console(file=None if sys.stdout is None else Output(sys.stdout))  # type: ignore[arg-type]
 
 
-def to_nobody(file: IO[str]) -> None:
+def to_nobody(file: TextIO) -> None:
     """Let what is written to a file from now on, and what waits in it, go nowhere."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, file.fileno())
@@ -29,7 +29,7 @@ def to_nobody(file: IO[str]) -> None:
 class Output:
     """A text file that fails for nobody."""
 
-    def __init__(self, file: IO[str]) -> None:
+    def __init__(self, file: TextIO) -> None:
         self._file = file
 
     def write(self, text: str) -> int:

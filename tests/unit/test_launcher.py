@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from sitl_emu.run import launcher, wiring
-from sitl_emu.run.children import Child
+from sitl_emu.run.children import Child, end_all, start_command
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.live_view import View
 from sitl_emu.run.messages import EventTold, Message, Over, Progress
@@ -100,7 +100,7 @@ def test_a_signal_while_a_process_is_started_ends_that_too(
 def test_a_signal_while_processes_are_ended_leaves_none_and_the_runs_outcome(
     tmp_path: Path, world: AWorld, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
-    there, end_all = list[Child](), launcher.end_all
+    there = list[Child]()
 
     def start(_: wiring.Wanted, children: list[Child]) -> ControlChannel:
         there.append(child(tmp_path, "companion uas", "import time; time.sleep(1000)", command=True))
@@ -182,3 +182,14 @@ def test_who_has_died_is_named_though_a_companion_has_failed_long_before(
 
     ending = run(tmp_path, monkeypatch, start)
     assert ending.outcome.startswith("autopilot uas (pid") and "exit status 5" in ending.outcome and not ending.accident
+
+
+def test_what_a_companion_has_started_and_left_ends_with_the_run(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    left = start_command("companion uas", ["sh", "-c", "sleep 1000 & echo $!"], {}, tmp_path)
+    left.process.wait()
+    pid = int(left.log.read_text())
+    assert (Path("/proc") / str(pid)).is_dir()
+    end_all([left], 1.0)
+    state = Path("/proc") / str(pid) / "stat"  # "Z": dead, and nobody here waits for it
+    assert not state.exists() or state.read_text().rpartition(")")[2].split()[0] == "Z"
