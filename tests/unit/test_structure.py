@@ -20,6 +20,7 @@ CLOCK_FILES = {
     "sitl_emu/run/campaign/flight.py": "says how long a run took",
     "sitl_emu/run/camera_process.py": "stamps video",
     "sitl_emu/run/launcher.py": "gives the world time to say how it ends",
+    "sitl_emu/run/launch.py": "says now and then how many vehicles have begun",
     "sitl_emu/run/run_command.py": "names a run's folder",
     "sitl_emu/run/serve_world.py": "paces a world",
     "sitl_emu/run/detect.py": "waits for frames, and says how long a look takes",
