@@ -323,8 +323,8 @@ class Inspect:
         _, confirming, look_rate_hz, _ = self.perception
         confirmation = Confirmation(self._camera, GROUND_DOWN_M, confirming)
         self._spotter = Spotter(self._telemetry, self._camera, self._mount, origin, confirmation, look_rate_hz)
-        since_us = self._onboard.now_us
-        while job.found is not Result.CONFIRMED and self._onboard.now_us - since_us < self._look_us:
+        since_us = self._onboard.own_us
+        while job.found is not Result.CONFIRMED and self._onboard.own_us - since_us < self._look_us:
             yield
         self._spotter = None
 

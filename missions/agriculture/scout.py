@@ -210,11 +210,11 @@ class Scout:
         self._end_the_flight()
 
     def _until_scanned(self) -> Script:
-        telemetry, since_us = self._onboard.telemetry, self._onboard.now_us
+        telemetry, since_us = self._onboard.telemetry, self._onboard.own_us
         while (telemetry.mission_reached or 0) < self._last_waypoint:
             if not telemetry.armed:
                 raise steps.StepFailed("disarmed before the survey was flown")
-            if self._onboard.now_us - since_us > SCAN_TIMEOUT_US:
+            if self._onboard.own_us - since_us > SCAN_TIMEOUT_US:
                 raise steps.StepFailed("the survey did not end")
             yield
 

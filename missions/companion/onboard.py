@@ -68,11 +68,17 @@ class Onboard:
         self._events: list[Event] = []
         self._text_id = 0
         self._was_silent = False
+        self._watched_us = self._lent_us = 0
 
     @property
     def system_id(self) -> int:
         """MAVLink system of the vehicle, 0 until its autopilot was heard."""
         return self.telemetry.system
+
+    @property
+    def own_us(self) -> int:
+        """`now_us` without the time that others had the vehicle, which counts for none of a mission's limits."""
+        return self.now_us - self._lent_us
 
     def start(self, link: str, service: Service) -> None:
         """Runs a service on a link until it is done."""
@@ -118,6 +124,9 @@ class Onboard:
         Services to the autopilot rest meanwhile.
         """
         self.now_us = now_us
+        if self.yielding.yielded_to is not None:
+            self._lent_us += now_us - self._watched_us
+        self._watched_us = now_us
         acts = self.failsafe is not None and self.failsafe.active
         flown = TERMINATION if self.failsafe is not None and self.failsafe.terminated else self.telemetry.mode
         if flown and self.yielding.on_mode(now_us, flown, acts):

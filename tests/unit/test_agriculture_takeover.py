@@ -1,6 +1,8 @@
 """A pilot or a failsafe takes over a vehicle of the agriculture mission: who yields, who is told, how it goes on."""
 
-from .agriculture_vehicles import US, fly, pair
+from collections.abc import Callable
+
+from .agriculture_vehicles import US, Node, fly, pair
 from .companion_px4 import HOLD, MISSION, POSITION, RETURN
 
 
@@ -124,3 +126,58 @@ def test_a_failsafe_of_the_ugv_is_reported_to_the_scout_as_one() -> None:
     assert taken
     assert inspect.of("yielded")[0].text == "failsafe (ground station lost), mode hold"
     assert [event.data["result"] for event in scout.of("report_received")][:2] == ["failsafe", "confirmed"]
+
+
+def entered(node: Node, phase: str) -> int | None:
+    """When it came to a phase first."""
+    return next((event.time_us for event in node.of("phase") if event.data["phase"] == phase), None)
+
+
+def has_for(
+    node: Node, phase: str, seconds: float, back: tuple[int, int], moves_m: float = 0.0
+) -> Callable[[int], None]:
+    """A pilot who takes a vehicle half a second into a phase, leaves it somewhere else, and gives it back by a mode."""
+    taken: list[int] = []
+
+    def pilot(now_us: int) -> None:
+        since_us = entered(node, phase)
+        if not taken and since_us is not None and now_us > since_us + US / 2:
+            taken.append(now_us)
+            node.px4.choose(POSITION)
+        if taken and now_us == taken[0] + round(seconds * US):
+            assert node.companion.status.phase == "yielded"
+            node.px4.north_m += moves_m
+            node.px4.choose(back)
+
+    return pilot
+
+
+def test_a_uas_that_a_pilot_held_on_its_way_home_for_a_while_comes_home() -> None:
+    scout, inspect = pair()
+    fly(scout, inspect, each=has_for(scout, "returning", 320.0, RETURN), limit_s=800.0)
+    assert scout.of("resumed") and not scout.of("failed")
+    assert scout.companion.status.outcome == "success"
+
+
+def test_the_time_to_look_at_a_target_is_the_ugvs_own() -> None:
+    scout, inspect = pair()
+    inspect.companion.on_detections = lambda *_: []  # it would see at once what it came for
+    takes_and_gives_back = has_for(inspect, "inspecting", 10.0, HOLD)
+
+    def pilot(now_us: int) -> None:
+        takes_and_gives_back(now_us)
+        if inspect.of("resumed"):
+            inspect.companion.__dict__.pop("on_detections", None)
+
+    fly(scout, inspect, each=pilot)
+    assert not [event for event in inspect.of("phase") if event.data["phase"] == "turning"]
+    assert scout.companion.status.outcome == "success"
+
+
+def test_a_ugv_that_is_given_back_on_its_turn_drives_on() -> None:
+    scout, inspect = pair()
+    inspect.blind = True
+    fly(scout, inspect, each=has_for(inspect, "turning", 250.0, HOLD, moves_m=-10.0), limit_s=1000.0)
+    assert inspect.of("resumed") and not inspect.of("failed")
+    places = 2 * len([event for event in inspect.of("phase") if event.data["phase"] == "turning"])
+    assert [command for command, _ in inspect.px4.commands].count(192) == places + 1

@@ -14,14 +14,14 @@ GOING_HOME = frozenset({"return", "land", "hold"})
 
 def until_landed(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Script:
     """Until it has landed and disarmed by itself. Raises StepFailed where it does not, or lies somewhere, armed."""
-    since_us, motion, began = onboard.now_us, Motion(), onboard.telemetry.place
+    since_us, motion, began = onboard.own_us, Motion(), onboard.telemetry.place
     while onboard.telemetry.armed:
-        if onboard.now_us - since_us > timeout_s * 1e6:
+        if onboard.own_us - since_us > timeout_s * 1e6:
             raise StepFailed("did not land and disarm")
         place = onboard.telemetry.place
         if began is not None and place is not None:
             here_m = to_metres(place.lat_deg, place.lon_deg, began.lat_deg, began.lon_deg)
-            if motion.is_stuck(onboard.now_us, (*here_m, place.alt_amsl_m)):
+            if motion.is_stuck(onboard.own_us, (*here_m, place.alt_amsl_m)):
                 raise StepFailed(onboard.silence or "does not move, and is armed")
         yield
 

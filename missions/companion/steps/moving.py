@@ -36,8 +36,8 @@ class Motion:
 
 def pause(onboard: Onboard, duration_s: float, until: Callable[[], bool] = lambda: False) -> Script:
     """For a while, or until something is so."""
-    since_us = onboard.now_us
-    while onboard.now_us - since_us < duration_s * 1e6 and not until():
+    since_us = onboard.own_us
+    while onboard.own_us - since_us < duration_s * 1e6 and not until():
         yield
 
 
@@ -55,13 +55,13 @@ def until_standing(
     Where it drives there by a mission, it holds by itself when it has reached the `last_item`: Hold is then expected.
     """
     telemetry = onboard.telemetry
-    began_us = still_since_us = onboard.now_us
-    while onboard.now_us - still_since_us < STILL_S * 1e6:
+    began_us = still_since_us = onboard.own_us
+    while onboard.own_us - still_since_us < STILL_S * 1e6:
         place = telemetry.place
         away_m = distance_m(place.lat_deg, place.lon_deg, lat_deg, lon_deg) if place is not None else math.inf
         if telemetry.speed_m_s > still_m_s or away_m > within_m:
-            still_since_us = onboard.now_us
-        if onboard.now_us - began_us > timeout_s * 1e6:
+            still_since_us = onboard.own_us
+        if onboard.own_us - began_us > timeout_s * 1e6:
             raise StepFailed(f"{away_m:.1f} m from the waypoint after {timeout_s:.0f} s")
         if not telemetry.armed:
             raise StepFailed("disarmed on the way")
@@ -80,10 +80,19 @@ def go_to(
     timeout_s: float,
     still_m_s: float = STILL_M_S,
 ) -> Script:
-    """To a place in Hold (MAV_CMD_DO_REPOSITION), until the vehicle stands there."""
-    yield from command(onboard, reposition(onboard.system_id, lat_deg, lon_deg, alt_amsl_m), "reposition")
-    onboard.yielding.expect({"hold"})
-    yield from until_standing(onboard, lat_deg, lon_deg, within_m, timeout_s, still_m_s)
+    """To a place in Hold (MAV_CMD_DO_REPOSITION), until the vehicle stands there.
+
+    Who gives the vehicle back does so by Hold, in which it stays where that was chosen: it is sent there once more.
+    """
+    given_back = None
+    while given_back != onboard.given_back:
+        given_back = onboard.given_back
+        yield from command(onboard, reposition(onboard.system_id, lat_deg, lon_deg, alt_amsl_m), "reposition")
+        onboard.yielding.expect({"hold"})
+        for _ in until_standing(onboard, lat_deg, lon_deg, within_m, timeout_s, still_m_s):
+            yield
+            if onboard.given_back != given_back:
+                break
 
 
 def centre(
@@ -99,22 +108,24 @@ def centre(
     `target` gives that estimate, None when it is lost. The vehicle is sent on when the estimate has moved by half of
     `within_m` since it was sent last.
     """
-    began_us = still_since_us = onboard.now_us
+    began_us = still_since_us = onboard.own_us
     sent: LatLon | None = None
-    while sent is None or onboard.now_us - still_since_us < STILL_S * 1e6:
+    given_back = onboard.given_back
+    while sent is None or onboard.own_us - still_since_us < STILL_S * 1e6:
         wanted = target()
         if wanted is None:
             raise StepFailed("the target is lost")
-        if sent is None or distance_m(*sent, *wanted) > within_m / 2.0:
+        if sent is None or onboard.given_back != given_back or distance_m(*sent, *wanted) > within_m / 2.0:
+            given_back = onboard.given_back
             onboard.yielding.expect(())
             yield from command(onboard, reposition(onboard.system_id, *wanted, alt_amsl_m), "reposition")
             onboard.yielding.expect({"hold"})
-            sent, still_since_us = wanted, onboard.now_us
+            sent, still_since_us = wanted, onboard.own_us
         place = onboard.telemetry.place
         away_m = distance_m(place.lat_deg, place.lon_deg, *wanted) if place is not None else math.inf
         if onboard.telemetry.speed_m_s > still_m_s or away_m > within_m:
-            still_since_us = onboard.now_us
-        if onboard.now_us - began_us > timeout_s * 1e6:
+            still_since_us = onboard.own_us
+        if onboard.own_us - began_us > timeout_s * 1e6:
             raise StepFailed(f"{away_m:.1f} m from the target after {timeout_s:.0f} s")
         if not onboard.telemetry.armed:
             raise StepFailed("disarmed on the way")
