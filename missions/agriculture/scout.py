@@ -202,7 +202,7 @@ class Scout:
         onboard.enter("scanning", "flying the survey")
         yield from self._until_scanned()
         self._scanned = True
-        onboard.yielding.expect({"mission", "return", "land", "hold"})
+        onboard.yielding.expect({"mission"} | steps.GOING_HOME)
         onboard.enter("returning", "the whole field has been seen")
         if not self._ends_by_itself:
             yield from steps.command(onboard, set_mode(onboard.system_id, "return"), "return")

@@ -181,3 +181,22 @@ def test_a_ugv_that_is_given_back_on_its_turn_drives_on() -> None:
     assert inspect.of("resumed") and not inspect.of("failed")
     places = 2 * len([event for event in inspect.of("phase") if event.data["phase"] == "turning"])
     assert [command for command, _ in inspect.px4.commands].count(192) == places + 1
+
+
+def test_a_uas_that_a_pilot_stops_on_its_way_home_is_left_to_the_pilot() -> None:
+    scout, inspect = pair()
+    stopped, sent = list[int](), list[int]()
+
+    def pilot(now_us: int) -> None:
+        since_us = entered(scout, "returning")
+        if since_us is not None and now_us > since_us + US and not stopped:
+            stopped.append(now_us)
+            sent.append(len(scout.px4.commands))
+            scout.px4.choose(HOLD)
+        if stopped and now_us == stopped[0] + 40 * US:
+            sent.append(len(scout.px4.commands))
+            scout.px4.choose(RETURN)
+
+    fly(scout, inspect, each=pilot)
+    assert sent[0] == sent[1] and scout.of("yielded")[0].data["mode"] == "hold"
+    assert scout.of("resumed") and scout.companion.status.outcome == "success"

@@ -14,12 +14,13 @@ has the vehicle, as long as its mission does not step the script then (`Onboard.
 
 from sitl_emu.missions.companion.steps.arming import arm, disarm, heard, ready
 from sitl_emu.missions.companion.steps.commanding import StepFailed, command, parameter, upload
-from sitl_emu.missions.companion.steps.landing import return_home, until_landed
+from sitl_emu.missions.companion.steps.landing import GOING_HOME, return_home, until_landed
 from sitl_emu.missions.companion.steps.moving import STILL_M_S, Motion, centre, go_to, pause, until_standing
 from sitl_emu.missions.companion.steps.resuming import leave, resume
 from sitl_emu.missions.companion.steps.selecting import select
 
 __all__ = [
+    "GOING_HOME",
     "STILL_M_S",
     "Motion",
     "StepFailed",

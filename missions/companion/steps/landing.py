@@ -8,16 +8,22 @@ from sitl_emu.missions.companion.steps.commanding import StepFailed
 from sitl_emu.missions.companion.steps.moving import Motion
 
 LANDING_TIMEOUT_S = 300.0
-GOING_HOME = frozenset({"return", "land", "hold"})
-"""Modes that are ours on the way: PX4 lands at a Return's end, and holds when it has disarmed."""
+GOING_HOME = frozenset({"return", "land"})
+"""Modes that are ours on the way: PX4 lands at a Return's end."""
 
 
 def until_landed(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Script:
-    """Until it has landed and disarmed by itself. Raises StepFailed where it does not, or lies somewhere, armed."""
+    """Until it has landed and disarmed by itself. Raises StepFailed where it does not, or lies somewhere, armed.
+
+    Once it stands, Hold is expected too, which PX4 may go back to when it disarms (UserModeIntention.cpp, onDisarm); in
+    the air somebody else has chosen it.
+    """
     since_us, motion, began = onboard.own_us, Motion(), onboard.telemetry.place
     while onboard.telemetry.armed:
         if onboard.own_us - since_us > timeout_s * 1e6:
             raise StepFailed("did not land and disarm")
+        if onboard.telemetry.landed and onboard.yielding.expected:
+            onboard.yielding.expect(onboard.yielding.expected | {"hold"})
         place = onboard.telemetry.place
         if began is not None and place is not None:
             here_m = to_metres(place.lat_deg, place.lon_deg, began.lat_deg, began.lon_deg)
@@ -29,6 +35,7 @@ def until_landed(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Scri
 def return_home(onboard: Onboard, timeout_s: float = LANDING_TIMEOUT_S) -> Script:
     """After a failure in the air: home, down, off; a vehicle that is disarmed stays where it is."""
     if onboard.telemetry.armed:
-        yield from onboard.do(AUTOPILOT_LINK, set_mode(onboard.system_id, "return"))
-        onboard.yielding.expect(GOING_HOME)
+        asked = yield from onboard.do(AUTOPILOT_LINK, set_mode(onboard.system_id, "return"))
+        is_taken = asked.outcome is not None and asked.outcome.accepted
+        onboard.yielding.expect(GOING_HOME if is_taken else ())
         yield from until_landed(onboard, timeout_s)
