@@ -18,7 +18,8 @@ the next job, or holds and is disarmed. With a field's map it drives home, where
 job has come for `home_after_s`, and turns round for one that comes on the way.
 
 A pilot or a failsafe that chooses another mode takes the vehicle over; who asked is told which, and the inspection goes
-on when the mode is given back.
+on when the mode is given back. While somebody drives it, armed in a mode other than Hold, no job is begun, nor the way
+home.
 
 Options: `approach_m`, `arrival_m`, `match_m`, `same_m` (nearer targets are the same), `look_s`, `turn_m`,
 `drive_timeout_s` (and a second more for each metre of the way), `field_map`, `home_after_s`, `calibration` (the
@@ -243,8 +244,12 @@ class Inspect:
     def _until_asked(self) -> Script:
         """Until there is a job; home meanwhile, where none comes for a while."""
         since_us = self._onboard.now_us
-        while not self._queue.waiting:
-            if self._is_away and self._onboard.now_us - since_us >= self._home_after_us:
+        told = False
+        while not self._queue.waiting or self._is_driven:
+            if self._queue.waiting and not told:
+                told = True
+                self._onboard.say("Somebody drives the vehicle: the target waits", WARNING)
+            if self._is_away and not self._is_driven and self._onboard.now_us - since_us >= self._home_after_us:
                 yield from self._go_home()
             else:
                 yield
@@ -351,6 +356,11 @@ class Inspect:
     @property
     def _telemetry(self) -> Telemetry:
         return self._onboard.telemetry
+
+    @property
+    def _is_driven(self) -> bool:
+        """Whether somebody else drives the vehicle, asked where it has no job: it is left in Hold, disarmed."""
+        return self._telemetry.armed and self._telemetry.mode != "hold"
 
     def _see(self, job: Job, target: Target, away_m: float) -> None:
         """Something was confirmed where the target should be."""

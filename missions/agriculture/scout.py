@@ -14,6 +14,7 @@ lost".
 
 **A pilot or a failsafe** that chooses another mode takes the UAS over: no more commands to it until the mode is MISSION
 again. Targets go on being sent; the mission ends when the vehicle is disarmed, with which of the two it was as outcome.
+Who has it armed before the companion has is left it altogether: the mission ends before it has begun.
 
 Options: `plan` (a .plan file; needed), `peer_timeout_s`, `report_timeout_s`, `queue_timeout_s`, `ready_timeout_s`,
 `return_altitude_m` (sets RTL_RETURN_ALT first; 0 leaves it), `scan_altitude_m` (frames from below are not looked at),
@@ -84,7 +85,7 @@ class Scout:
         )
         self._outcome = ""
         self._done = False
-        self._scanning = self._scanned = self._flown = self._delivering_ended = False
+        self._begun = self._scanning = self._scanned = self._flown = self._delivering_ended = False
         self._failure: str | None = None
         self._flight: Script | None = self._fly()
 
@@ -185,6 +186,7 @@ class Scout:
     def _fly(self) -> Script:
         onboard = self._onboard
         yield from steps.heard(onboard)
+        self._check_disarmed()
         yield from steps.select(onboard, self.perception)
         onboard.enter("uploading", f"plan with {len(self.plan.mission)} items")
         if self.return_altitude_m > 0.0:
@@ -194,6 +196,8 @@ class Scout:
             yield from steps.upload(onboard, items, mission_type)
         onboard.enter("waiting for health", "autopilot gets ready")
         yield from steps.ready(onboard, self._ready_timeout_s)
+        self._check_disarmed()
+        self._begun = True
         onboard.enter("starting", "mission mode, arming")
         yield from steps.command(onboard, set_mode(onboard.system_id, "mission"), "mission mode")
         yield from steps.arm(onboard)
@@ -209,6 +213,11 @@ class Scout:
         yield from steps.until_landed(onboard)
         self._end_the_flight()
 
+    def _check_disarmed(self) -> None:
+        """Raises StepFailed where somebody has the vehicle armed, as one who was started again in the air did."""
+        if self._onboard.telemetry.armed:
+            raise steps.StepFailed("the vehicle is armed already; land and disarm it first")
+
     def _until_scanned(self) -> Script:
         telemetry, since_us = self._onboard.telemetry, self._onboard.own_us
         while (telemetry.mission_reached or 0) < self._last_waypoint:
@@ -222,7 +231,7 @@ class Scout:
         """After a failure in the air: home, down, off."""
         self._onboard.enter("failed", why)
         self._scanning = False
-        if self._onboard.telemetry.armed:
+        if self._begun and self._onboard.telemetry.armed:
             yield from steps.return_home(self._onboard)
             self._end_the_flight()
         self._flown = True

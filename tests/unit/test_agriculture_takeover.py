@@ -200,3 +200,44 @@ def test_a_uas_that_a_pilot_stops_on_its_way_home_is_left_to_the_pilot() -> None
     fly(scout, inspect, each=pilot)
     assert sent[0] == sent[1] and scout.of("yielded")[0].data["mode"] == "hold"
     assert scout.of("resumed") and scout.companion.status.outcome == "success"
+
+
+def test_a_uas_that_is_armed_when_its_companion_starts_is_left_to_who_flies_it() -> None:
+    scout, inspect = pair()
+    scout.px4.armed, scout.px4.mode = True, POSITION
+    fly(scout, inspect)
+    assert scout.companion.status.outcome == "the vehicle is armed already; land and disarm it first"
+    assert not scout.px4.commands and not scout.px4.missions.accepted
+
+
+def test_a_uas_that_a_pilot_flies_while_its_autopilot_gets_ready_is_left_to_the_pilot() -> None:
+    scout, inspect = pair()
+
+    def pilot(now_us: int) -> None:
+        if now_us == US:
+            assert entered(scout, "waiting for health")
+            scout.px4.armed, scout.px4.mode = True, POSITION
+
+    fly(scout, inspect, each=pilot)
+    assert scout.companion.status.outcome == "the vehicle is armed already; land and disarm it first"
+    assert not scout.px4.commands
+
+
+def test_a_ugv_that_somebody_drives_begins_no_job_until_it_is_disarmed() -> None:
+    scout, inspect = pair()
+    inspect.px4.armed, inspect.px4.mode = True, POSITION
+    asked: list[int] = []
+
+    def driver(now_us: int) -> None:
+        if not asked and inspect.of("target_accepted"):
+            asked.append(now_us)
+        if asked and now_us == asked[0] + 10 * US:
+            assert not inspect.px4.commands and not inspect.px4.missions.accepted
+            inspect.px4.armed = False
+
+    fly(scout, inspect, each=driver)
+    assert (
+        asked
+        and [event.text for event in inspect.of("text")].count("Somebody drives the vehicle: the target waits") == 1
+    )
+    assert scout.companion.status.outcome == "success"
