@@ -5,7 +5,8 @@ is nearest to it, the next when it has reported. With several of them, each has 
 its target waits again for the others.
 
 An inspector may have other scouts to serve: a target waits there until its turn, at most `queue_timeout_us`; when it
-has said that it sets out, it has `report_timeout_us` to report. It counts as lost when it was needed (a target is to be
+has said that it sets out, it has `report_timeout_us` to report, and again from when it has said that a pilot or a
+failsafe has taken it over, or has given it back. It counts as lost when it was needed (a target is to be
 sent, or a report awaited) and nothing was heard of it for the peer link's time limit.
 """
 
@@ -15,13 +16,13 @@ from dataclasses import dataclass
 from sitl_emu.gcs.geodesy import distance_m
 from sitl_emu.gcs.mission import MissionUpload
 from sitl_emu.missions.agriculture.jobs import Wanted, items_of
-from sitl_emu.missions.agriculture.report import Report, Result
+from sitl_emu.missions.agriculture.report import INTERIM, Report, Result
 from sitl_emu.missions.agriculture.roles import Role
 from sitl_emu.missions.companion.companion import COMPONENT_ID, PEER_LINK
 from sitl_emu.missions.companion.confirmation import Target
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
 
-OPEN = ("queued", "sending", "waiting", "driving")
+OPEN = ("queued", "sending", "waiting", "driving", *(result.name for result in INTERIM))
 
 
 class DeliveryFailed(Exception):
@@ -48,7 +49,12 @@ class Delivery:
     report: Report | None = None
     """What the inspector last reported of it, but that it has started."""
     started_us: int | None = None
-    """When the inspector said that it has started."""
+    """When the inspector said that it has started, or last that somebody has taken it over, or given it back."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it was said what became of the target."""
+        return self.report is not None and self.report.result not in INTERIM
 
     @property
     def succeeded(self) -> bool:
@@ -79,7 +85,7 @@ class Deliveries:
     @property
     def open(self) -> list[Delivery]:
         """Those not reported on, and not given up."""
-        return [one for one in self.all if one.report is None and one.state in OPEN]
+        return [one for one in self.all if not one.is_over and one.state in OPEN]
 
     @property
     def idle(self) -> bool:
@@ -113,10 +119,15 @@ class Deliveries:
         one = next((one for one in self.all if one.place == (report.x, report.y)), None)
         if one is None:
             return False
+        if one.is_over and report.result in INTERIM:
+            return True  # of before that, and late
         if report.result is Result.STARTED:
-            one.started_us = self._onboard.now_us if one.started_us is None else one.started_us
-            one.state = "driving" if one.report is None else one.state
-        elif one.report != report:
+            if one.started_us is None or one.report is not None:  # and not the same once more
+                one.state, one.started_us, one.report = "driving", self._onboard.now_us, None
+            return True
+        if report.result in INTERIM:
+            one.started_us = self._onboard.now_us
+        if one.report is None or one.report[:3] != report[:3]:  # what was not seen has no distance: it equals nothing
             one.report, one.state = report, report.result.name
             result = report.result.name.lower()
             text = f"{one.target.id}: {result.replace('_', ' ')}"
@@ -162,7 +173,7 @@ class Deliveries:
             if not others:
                 raise PeerLost("peer link lost") from None
             self._onboard.note("peer_lost", f"system {system}; its target {one.target.id} waits again", system=system)
-            one.state, one.started_us = "queued", None
+            one.state, one.started_us, one.report = "queued", None, None
             self._onboard.peer.forget(system)
 
     def _serve(self, one: Delivery, system: int) -> Script:
@@ -187,7 +198,7 @@ class Deliveries:
             yield
         if not upload.outcome.accepted:
             raise DeliveryFailed(f"refused by the UGV: {upload.outcome.text}")
-        if one.report is None:
+        if not one.is_over:
             one.state = "waiting"
         self._onboard.note("target_accepted", f"the UGV has target {one.target.id}", target=one.target.id)
         yield from self._until_reported(one, system)
@@ -195,15 +206,14 @@ class Deliveries:
     def _until_reported(self, one: Delivery, system: int) -> Script:
         """Until an inspector has reported on a target that it has: first its turn comes, then it drives."""
         since_us = now_us = self._onboard.now_us
-        while one.report is None:
+        while not one.is_over:
             self._check(system, since_us)
             if one.started_us is None and now_us - since_us > self._queue_timeout_us:
                 raise DeliveryFailed("the UGV did not start")
             if one.started_us is not None and now_us - one.started_us > self._report_timeout_us:
-                raise DeliveryFailed("no report from the UGV")
+                raise DeliveryFailed("no report from the UGV" if one.report is None else one.state)
             yield
             now_us = self._onboard.now_us
-        one.state = one.report.result.name
 
     def _check(self, system: int, since_us: int) -> None:
         """Raises InspectorLost when an inspector, needed since `since_us`, has been silent for too long."""

@@ -18,8 +18,8 @@ the next job, or holds and is disarmed. With a field's map it drives home, where
 job has come for `home_after_s`, and turns round for one that comes on the way.
 
 A pilot or a failsafe that chooses another mode takes the vehicle over; who asked is told which, and the inspection goes
-on when the mode is given back. While somebody drives it, armed in a mode other than Hold, no job is begun, nor the way
-home.
+on when the mode is given back, which they are told as a start. While somebody drives it, armed in a mode other than
+Hold, no job is begun, nor the way home.
 
 Options: `approach_m`, `arrival_m`, `match_m`, `same_m` (nearer targets are the same), `look_s`, `turn_m`,
 `drive_timeout_s` (and a second more for each metre of the way), `field_map`, `home_after_s`, `calibration` (the
@@ -175,6 +175,8 @@ class Inspect:
     def on_time(self, now_us: int) -> Outgoing:
         """Goes on with the job at hand, unless a pilot or a failsafe has the vehicle."""
         if not self._onboard.watch_pilot(now_us):
+            if self._told_taken and self._queue.current is not None:
+                self._reports.tell(self._queue.current, Result.STARTED)
             self._told_taken = False
             self._script = advanced(self._script)
         elif self._queue.current is not None and not self._told_taken:

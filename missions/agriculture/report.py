@@ -5,7 +5,8 @@ MAVLink has no message for it, but a command for one's own use that carries a pl
 param1 is the result, param2 the detector's score, param3 the class (index in `LABELS`, -1 none), param4 the distance in
 m between target and vehicle as its camera saw it (NaN if it did not); x and y repeat the latitude and longitude of the
 NAV_WAYPOINT that was sent, exactly: they tell which target is meant. A target may be reported on more than once:
-STARTED when the UGV sets out, PILOT_TOOK_OVER or FAILSAFE while somebody else has it, then what became of it.
+STARTED when the UGV sets out, PILOT_TOOK_OVER or FAILSAFE while somebody else has it, STARTED again when it is given
+back, then what became of it.
 """
 
 import math
@@ -34,6 +35,10 @@ class Result(IntEnum):
     WRONG_LABEL = 5
     """Something was seen where the target should be, but with another label."""
     STARTED = 6
+
+
+INTERIM = (Result.STARTED, Result.PILOT_TOOK_OVER, Result.FAILSAFE)
+"""Results that another will follow, where the vehicle is given back."""
 
 
 class Report(NamedTuple):

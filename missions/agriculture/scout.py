@@ -291,7 +291,7 @@ class Scout:
             return 1.0
         reached = (self._onboard.telemetry.mission_reached or 0) if self._scanning else 0
         flown = 1.0 if self._scanned else min(1.0, reached / max(1, self._last_waypoint))
-        reported = sum(job.report is not None for job in self.jobs) / max(1, len(self.jobs))
+        reported = sum(job.is_over for job in self.jobs) / max(1, len(self.jobs))
         return 0.7 * flown + 0.2 * reported + 0.1 * self._flown
 
     def _counts(self) -> dict[str, int]:

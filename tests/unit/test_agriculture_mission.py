@@ -222,3 +222,12 @@ def test_a_picture_goes_through_the_real_detector() -> None:
 
     inspect = make_companion("agriculture-inspect", {})
     assert inspect.detect(np.zeros((480, 640, 3), np.uint8), 0.01) == []
+
+
+def test_what_was_not_seen_is_told_once_though_its_report_comes_twice() -> None:
+    scout, inspect = pair()
+    inspect.blind = True
+    taken = scout.receive
+    scout.receive = lambda now_us, frame: [taken(now_us, frame) for _ in range(2)]  # type: ignore[method-assign, assignment]
+    fly(scout, inspect)
+    assert [event.data["result"] for event in scout.of("report_received")] == ["not_seen"] * len(TARGETS)

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+import pytest
+
 from .agriculture_vehicles import US, Node, fly, pair
 from .companion_px4 import HOLD, MISSION, POSITION, RETURN
 
@@ -241,3 +243,27 @@ def test_a_ugv_that_somebody_drives_begins_no_job_until_it_is_disarmed() -> None
         and [event.text for event in inspect.of("text")].count("Somebody drives the vehicle: the target waits") == 1
     )
     assert scout.companion.status.outcome == "success"
+
+
+@pytest.mark.parametrize("gives_back", [True, False])
+def test_a_scout_waits_for_a_ugv_that_a_pilot_has(gives_back: bool) -> None:
+    scout, inspect = pair(report_timeout_s=100.0)
+    inspect.px4.speed_m_s = 0.5  # the last target is driven to when the scout has landed long since
+    taken: list[int] = []
+
+    def pilot(now_us: int) -> None:
+        landed, started = entered(scout, "landed"), inspect.of("target_started")
+        if not taken and landed and len(started) == 2 and now_us > started[1].time_us + 10 * US:
+            taken.append(now_us)
+            inspect.px4.choose(POSITION)
+        if taken and now_us == taken[0] + 90 * US and gives_back:
+            assert [event.data["result"] for event in scout.of("report_received")] == ["confirmed", "pilot_took_over"]
+            assert not scout.companion.status.done
+            inspect.px4.choose(MISSION)
+        if scout.companion.status.done:
+            inspect.px4.choose(MISSION)
+
+    fly(scout, inspect, each=pilot, limit_s=1000.0)
+    assert taken
+    outcome = scout.companion.status.outcome
+    assert outcome == ("success" if gives_back else f"target {scout.companion.jobs[1].target.id}: pilot took over")
