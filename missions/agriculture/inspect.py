@@ -99,7 +99,7 @@ class Inspect:
         self._reports = Reports(self._onboard)
         self._spotter: Spotter | None = None
         """There while it looks for a target; its metres are those from where the target should be."""
-        self._told_taken = False
+        self._told_taken, self._misfit = False, ""
         self._script: Script | None = self._run()
 
     @classmethod
@@ -156,7 +156,11 @@ class Inspect:
         return self._spotter.wants(frame_time_us) if self._spotter is not None else None
 
     def detect(self, image: Image, gsd: float) -> list[Detection]:
-        """Runs the detector."""
+        """Runs the detector. A picture of a size that is not the camera's: nothing, and no target can be looked at."""
+        misfit = self._camera.misfit(*image.shape[:2])
+        if misfit:
+            self._misfit = misfit
+            return []
         return self.perception.detector.detect(image, gsd or None)
 
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
@@ -234,7 +238,7 @@ class Inspect:
                 yield from self._visit(job)
                 result = job.found
             except steps.StepFailed as failure:
-                self._onboard.say(f"Target not reached: {failure}", WARNING)
+                self._onboard.say(f"Target not inspected: {failure}", WARNING)
                 self._onboard.note("failed", f"job {job.number}: {failure}", job=job.number)
                 result = Result.NOT_REACHED
             self._spotter = None
@@ -332,6 +336,8 @@ class Inspect:
         self._spotter = Spotter(self._telemetry, self._camera, self._mount, origin, confirmation, look_rate_hz)
         since_us = self._onboard.own_us
         while job.found is not Result.CONFIRMED and self._onboard.own_us - since_us < self._look_us:
+            if self._misfit:
+                raise steps.StepFailed(self._misfit)
             yield
         self._spotter = None
 

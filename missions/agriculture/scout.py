@@ -87,6 +87,7 @@ class Scout:
         self._done = False
         self._begun = self._scanning = self._scanned = self._flown = self._delivering_ended = False
         self._failure: str | None = None
+        self._misfit = ""
         self._flight: Script | None = self._fly()
 
     @classmethod
@@ -157,12 +158,19 @@ class Scout:
         return self._spotter.wants(frame_time_us)
 
     def detect(self, image: Image, gsd_m: float) -> list[Detection]:
-        """Runs the detector."""
+        """Runs the detector. A picture of a size that is not the camera's: nothing, and the mission fails."""
+        misfit = self._camera.misfit(*image.shape[:2])
+        if misfit:
+            self._misfit = misfit
+            return []
         return self.perception.detector.detect(image, gsd_m or None)
 
     def on_detections(self, now_us: int, frame_time_us: int, detections: Sequence[Detection]) -> Outgoing:
         """Places and confirms what was detected."""
         self._onboard.now_us = now_us
+        if self._misfit:
+            self.fail(self._misfit)
+            return []
         for target in self._spotter.found(frame_time_us, detections) if self._spotter is not None else ():
             self._add(target)
         return []
@@ -269,7 +277,7 @@ class Scout:
 
     def fail(self, why: str) -> None:
         """It can't see any more."""
-        if self._scanning:
+        if self._scanning and not self._failure:
             self._fail("failed", why)
 
     def _fail(self, kind: str, why: str) -> None:

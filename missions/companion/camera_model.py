@@ -49,6 +49,13 @@ class CameraModel(NamedTuple):
         """Focal length, the mean of both axes: for distances on the ground."""
         return (self.fx + self.fy) / 2.0
 
+    def misfit(self, rows: int, columns: int) -> str:
+        """What is wrong with pictures of a size that it is not calibrated for: where they lie is not known; else ""."""
+        if (columns, rows) == (self.width, self.height):
+            return ""
+        calibrated = f"the camera is calibrated for {self.width} x {self.height}"
+        return f"pictures of {columns} x {rows}, and {calibrated}: give its own `calibration`"
+
     def ray(self, x_px: float, y_px: float) -> FloatArray:
         """Direction (3,) through a pixel, in camera axes, with z = 1."""
         x, y = (x_px - self.cx) / self.fx, (y_px - self.cy) / self.fy

@@ -57,7 +57,7 @@ class Responder:
         """By label: the frame that showed it last, and the best box in it."""
         self._sightings = Sightings(settings.camera, settings.location)
         self._alarms = Alarms(settings.camera, settings.perception.confirming.confirm_score, self._is_asked)
-        self._other_size: tuple[int, int] | None = None
+        self._misfit = ""
         """Width and height of a picture that the camera can't have taken."""
         self._outcome, self._failure = "", ""
         self._done = False
@@ -114,10 +114,9 @@ class Responder:
 
         Where such pictures lie on the ground is not known: with the next `on_detections` the mission fails.
         """
-        height, width = image.shape[:2]
-        camera = self.settings.camera
-        if (width, height) != (camera.width, camera.height):
-            self._other_size = width, height
+        misfit = self.settings.camera.misfit(*image.shape[:2])
+        if misfit:
+            self._misfit = misfit
             return []
         return self._eye.look(image, gsd_m)
 
@@ -125,11 +124,9 @@ class Responder:
         """Puts a frame's detections into the map."""
         self._onboard.now_us = now_us
         flight = self.flight
-        if self._other_size is not None:
+        if self._misfit:
             if not self._failure:
-                (width, height), camera = self._other_size, self.settings.camera
-                calibrated = f"the camera is calibrated for {camera.width} x {camera.height}"
-                self._fail(f"pictures of {width} x {height}, and {calibrated}: give its own `calibration`")
+                self._fail(self._misfit)
             return []
         settings, telemetry, home = self.settings, self._onboard.telemetry, Origin(*flight.home)
         pose = camera_pose_at(telemetry, frame_time_us, settings.mount, home)

@@ -231,3 +231,23 @@ def test_what_was_not_seen_is_told_once_though_its_report_comes_twice() -> None:
     scout.receive = lambda now_us, frame: [taken(now_us, frame) for _ in range(2)]  # type: ignore[method-assign, assignment]
     fly(scout, inspect)
     assert [event.data["result"] for event in scout.of("report_received")] == ["not_seen"] * len(TARGETS)
+
+
+@pytest.mark.parametrize("whose", ["scout", "inspect"])
+def test_pictures_of_a_size_that_the_camera_is_not_calibrated_for_are_told_and_not_looked_at(whose: str) -> None:
+    """Where they lie on the ground is not known: targets came to lie anywhere, and the mission was none the wiser."""
+    scout, inspect = pair()
+    node = {"scout": scout, "inspect": inspect}[whose]
+    found, seen = node.companion.on_detections, np.zeros((1080, 1920, 3), np.uint8)
+
+    def looks(now_us: int, frame_time_us: int, detections: object) -> object:
+        return found(now_us, frame_time_us, node.companion.detect(seen, 0.01) or detections)
+
+    node.companion.on_detections = looks
+    fly(scout, inspect)
+    why = "pictures of 1920 x 1080, and the camera is calibrated for 640 x 480: give its own `calibration`"
+    assert any(why in event.text for event in node.of("failed"))
+    if whose == "scout":
+        assert scout.companion.status.outcome == why and not scout.px4.armed and not scout.companion.jobs
+    else:
+        assert {event.data["result"] for event in scout.of("report_received")} == {"not_reached"}
