@@ -28,7 +28,6 @@ from pathlib import Path
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.geodesy import to_metres
 from sitl_emu.gcs.mission import FENCE, MISSION, RALLY
-from sitl_emu.gcs.parameter import ParameterSet
 from sitl_emu.gcs.plan_file import FlightPlan, PlanError, read_plan
 from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.statustext import CRITICAL, INFO, WARNING
@@ -40,7 +39,7 @@ from sitl_emu.missions.companion import calibration, steps
 from sitl_emu.missions.companion.area import contains
 from sitl_emu.missions.companion.camera import Image
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel, Mount
-from sitl_emu.missions.companion.companion import AUTOPILOT_LINK, PEER_LINK, Candidate, Event, Outgoing, Status
+from sitl_emu.missions.companion.companion import PEER_LINK, Candidate, Event, Outgoing, Status
 from sitl_emu.missions.companion.confirmation import Confirmation, Target
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script, advanced
@@ -96,8 +95,8 @@ class Scout:
         path = given.text("plan")
         plan = read_plan(Path(path))
         camera, mount = calibration.of(given, NADIR)
-        if not plan.mission:
-            raise PlanError(f"{path}: mission.items: empty; allowed: a mission with a Survey")
+        if not any(item.command == NAV_WAYPOINT for item in plan.mission):
+            raise PlanError(f"{path}: mission.items: no waypoint; allowed: a mission with a Survey")
         return cls(
             plan,
             perception_of(given, FROM_THE_AIR),
@@ -198,8 +197,7 @@ class Scout:
         yield from steps.select(onboard, self.perception)
         onboard.enter("uploading", f"plan with {len(self.plan.mission)} items")
         if self.return_altitude_m > 0.0:
-            altitude = ParameterSet(onboard.system_id, "RTL_RETURN_ALT", self.return_altitude_m)
-            yield from onboard.do(AUTOPILOT_LINK, altitude)
+            yield from steps.parameter(onboard, "RTL_RETURN_ALT", self.return_altitude_m)
         for mission_type, items in ((MISSION, self.plan.mission), (FENCE, self.plan.fence), (RALLY, self.plan.rally)):
             yield from steps.upload(onboard, items, mission_type)
         onboard.enter("waiting for health", "autopilot gets ready")
@@ -208,9 +206,12 @@ class Scout:
         self._begun = True
         onboard.enter("starting", "mission mode, arming")
         yield from steps.command(onboard, set_mode(onboard.system_id, "mission"), "mission mode")
+        onboard.telemetry.mission_reached = None  # of a flight before, which PX4 tells ten times (mavlink_mission.cpp)
         yield from steps.arm(onboard)
         onboard.yielding.expect({"mission", "takeoff"})
-        self._begin_to_look()
+        while (home := onboard.telemetry.home) is None:  # it was known, but not to an autopilot that has started again
+            yield
+        self._begin_to_look(home)
         onboard.enter("scanning", "flying the survey")
         yield from self._until_scanned()
         self._scanned = True
@@ -244,9 +245,7 @@ class Scout:
             self._end_the_flight()
         self._flown = True
 
-    def _begin_to_look(self) -> None:
-        home = self._onboard.telemetry.home
-        assert home is not None  # it was, when the autopilot was ready
+    def _begin_to_look(self, home: tuple[float, float, float]) -> None:
         _, confirming, look_rate_hz, _ = self.perception
         confirmation = Confirmation(self._camera, 0.0, confirming, inside=self._in_area)
         telemetry = self._onboard.telemetry

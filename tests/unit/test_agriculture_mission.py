@@ -1,19 +1,25 @@
 """Scout and inspect fly and drive a whole mission as state machines: on rails, with a detector that knows the truth."""
 
 import itertools
+import json
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.geodesy import from_metres, to_metres
 from sitl_emu.missions.agriculture import field_map
 from sitl_emu.missions.agriculture.inspect import Inspect
 from sitl_emu.missions.agriculture.jobs import Wanted, items_of
 from sitl_emu.missions.agriculture.row_route import is_among_rows
-from sitl_emu.missions.companion.camera_model import MAST
+from sitl_emu.missions.agriculture.scout import Scout
+from sitl_emu.missions.companion.camera_model import MAST, NADIR
+from sitl_emu.missions.companion.options import Options
 
-from .agriculture_vehicles import HOME, STANDS, TARGETS, THIRTY_PERCENT, US, Node, fly, pair
+from .agriculture_vehicles import HOME, LOOKS, STANDS, TARGETS, THIRTY_PERCENT, US, Node, fly, pair, plan
 from .companion_px4 import FakePx4
 
 FIELD = field_map.read(
@@ -251,3 +257,50 @@ def test_pictures_of_a_size_that_the_camera_is_not_calibrated_for_are_told_and_n
         assert scout.companion.status.outcome == why and not scout.px4.armed and not scout.companion.jobs
     else:
         assert {event.data["result"] for event in scout.of("report_received")} == {"not_reached"}
+
+
+def test_a_waypoint_of_a_flight_before_does_not_end_the_survey() -> None:
+    _, inspect = pair()
+    without_return = plan()._replace(mission=plan().mission[:-1])
+    scout = Node(Scout(without_return, LOOKS), FakePx4(1, 13, 0.0, 0.0, 5.0), NADIR)
+    flown_before = mavlink.MAVLink_mission_item_reached_message(5)
+    fly(scout, inspect, each=lambda now_us: scout.px4._told.extend([flown_before] * (now_us == US)))
+    assert len(scout.companion.jobs) == len(TARGETS) and scout.companion.status.outcome == "success"
+
+
+def test_an_autopilot_that_starts_again_before_it_is_armed_is_asked_for_its_home_again() -> None:
+    scout, inspect = pair()
+    started: list[int] = []
+    told = scout.px4.on_time
+    scout.px4.ack = lambda command: 0 if command == 176 or started else 1
+
+    def on_time(now_us: int) -> list[Any]:
+        if not started and scout.px4.commands and scout.px4.commands[-1][0] == 400:
+            started.append(now_us)
+        out = told(now_us)
+        for msg in out if started else ():
+            if msg.get_type() in ("ATTITUDE_QUATERNION", "GLOBAL_POSITION_INT"):
+                msg.time_boot_ms -= started[0] // 1000 - 100  # its clock begins anew
+        knows_home = not started or now_us > started[0] + 4 * US
+        return [msg for msg in out if knows_home or msg.get_type() != "HOME_POSITION"]
+
+    scout.px4.on_time = on_time  # type: ignore[method-assign]
+    fly(scout, inspect, each=lambda _: setattr(scout, "blind", True))
+    assert started and scout.companion.status.outcome == "success"
+
+
+def test_a_return_altitude_that_the_autopilot_does_not_take_ends_the_mission_on_the_ground() -> None:
+    scout, inspect = pair(return_altitude_m=20.0)
+    scout.px4.kept.add("RTL_RETURN_ALT")
+    fly(scout, inspect)
+    assert scout.companion.status.outcome == "parameter RTL_RETURN_ALT: the autopilot does not take 20"
+    assert not scout.px4.commands
+
+
+def test_a_plan_without_a_waypoint_is_refused(tmp_path: Path) -> None:
+    up = {"type": "SimpleItem", "command": 22, "frame": 3, "autoContinue": True, "params": [0, 0, 0, None, 0, 0, 9]}
+    mission = {"version": 2, "plannedHomePosition": HOME, "items": [up]}
+    path = tmp_path / "up.plan"
+    path.write_text(json.dumps({"fileType": "Plan", "version": 1, "mission": mission}))
+    with pytest.raises(ValueError, match="no waypoint; allowed: a mission with a Survey"):
+        Scout.from_options(Options({"plan": str(path)}))
