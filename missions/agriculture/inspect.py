@@ -44,6 +44,7 @@ from sitl_emu.missions.agriculture.jobs import SAME_M, Asker, Job, JobQueue, Sig
 from sitl_emu.missions.agriculture.report import Result
 from sitl_emu.missions.agriculture.reports import Reports
 from sitl_emu.missions.agriculture.roles import Role
+from sitl_emu.missions.agriculture.row_route import NoWay
 from sitl_emu.missions.agriculture.ways import Course, LatLon, Way
 from sitl_emu.missions.companion import calibration, steps
 from sitl_emu.missions.companion.camera import Image
@@ -237,7 +238,7 @@ class Inspect:
             try:
                 yield from self._visit(job)
                 result = job.found
-            except steps.StepFailed as failure:
+            except (steps.StepFailed, NoWay) as failure:
                 self._onboard.say(f"Target not inspected: {failure}", WARNING)
                 self._onboard.note("failed", f"job {job.number}: {failure}", job=job.number)
                 result = Result.NOT_REACHED
@@ -264,8 +265,8 @@ class Inspect:
         here = yield from driving.here(self._onboard)
         if self._home is None:
             self._home = here
-        self._is_away, self._astray = self._field_map is not None, ""
         way = self._way(here, job)
+        self._is_away, self._astray = self._field_map is not None, ""
         yield from self._approach(way, here, job)
         yield from self._look(job)
         for _ in range(TURNS):
@@ -319,7 +320,7 @@ class Inspect:
                     yield from driving.stop(self._onboard)
                     return
                 yield
-        except steps.StepFailed as failure:
+        except (steps.StepFailed, NoWay) as failure:
             self._astray = f"way home: {failure}"
             self._onboard.say(f"Not home: {failure}", WARNING)
             self._onboard.note("failed", self._astray)

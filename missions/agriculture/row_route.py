@@ -29,9 +29,15 @@ CLEAR_M = 0.5
 """From the crop, of a way that passes it: half a rover and some more."""
 EDGE_M = 0.5
 """From what may be driven on, outwards: half a rover's width and some more."""
+SEEN_M = 2.5
+"""From what may be driven on, so far off a target can still be looked at: as far as it may lie off (`match_m`)."""
 
 FORWARD, BACKWARD = 1, -1
 """Driving along the rows, or against their heading."""
+
+
+class NoWay(Exception):
+    """There is no way there that a vehicle which can't turn on the spot may drive; the text is for people."""
 
 
 class Way(NamedTuple):
@@ -46,14 +52,18 @@ def to_target(field: FieldMap, here: Spot, facing: int, target: Spot, short_m: f
     """To the lane nearest to a target, `short_m` before it.
 
     `facing`: how the vehicle stands, FORWARD or BACKWARD. `direction`: from which side to come, 0: as is shorter.
+    Raises NoWay, also where it would have to stop outside what may be driven on.
     """
+    if not field.drivable.wider(SEEN_M).contains(target):
+        raise NoWay("the target lies outside the map")
     lane_m = field.lane_m(target[1])
     in_crop = is_among_rows(field, here)
     if in_crop and direction in (0, facing) and field.lane_m(here[1]) == lane_m:
         ahead_m = (target[0] - here[0]) * facing
         if ahead_m >= 0.0:
             # Where the vehicle is nearer than it should come, it stays.
-            return Way(((target[0] - facing * min(short_m, ahead_m), lane_m),), facing)
+            ahead = Way(((target[0] - facing * min(short_m, ahead_m), lane_m),), facing)
+            return _shortest(field, here, [ahead])
     start = [_end(field, field.lane_m(here[1]), facing, OUT_M)] if in_crop else []
     ways = [
         Way((*start, *way, (target[0] - into * short_m, lane_m)), into)
@@ -61,11 +71,11 @@ def to_target(field: FieldMap, here: Spot, facing: int, target: Spot, short_m: f
         if direction in (0, into)
         for way in _ways_in(field, (start or [here])[-1], _end(field, lane_m, -into, IN_M), into)
     ]
-    return min(ways, key=lambda way: length_m(here, way.spots))
+    return _shortest(field, here, ways)
 
 
 def to_place(field: FieldMap, here: Spot, facing: int, place: Spot) -> Way:
-    """To a place on the headland or beyond; to one in the crop as to a target, by its lane."""
+    """To a place on the headland or beyond; to one in the crop as to a target, by its lane. Raises NoWay."""
     if is_among_rows(field, place):
         return to_target(field, here, facing, place, 0.0)
     start = [_end(field, field.lane_m(here[1]), facing, OUT_M)] if is_among_rows(field, here) else []
@@ -97,6 +107,14 @@ def crosses(box: Box, a: Spot, b: Spot) -> bool:
 def length_m(here: Spot, spots: Sequence[Spot]) -> float:
     """Of the way from here over all spots."""
     return sum(math.dist(a, b) for a, b in itertools.pairwise((here, *spots)))
+
+
+def _shortest(field: FieldMap, here: Spot, ways: Sequence[Way]) -> Way:
+    """Of those that end on what may be driven on. Raises NoWay."""
+    within = [way for way in ways if field.drivable.contains(way.spots[-1])]
+    if not within:
+        raise NoWay("there is no room on the map to turn into the target's lane, or to stop there")
+    return min(within, key=lambda way: length_m(here, way.spots))
 
 
 def _end(field: FieldMap, lane_m: float, end: int, beyond_m: float) -> Spot:

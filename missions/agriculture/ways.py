@@ -53,7 +53,10 @@ def straight(here: LatLon, heading: Course, target: LatLon, short_m: float) -> W
 def by_rows(
     field: FieldMap, here: LatLon, heading: Course, target: LatLon, short_m: float, course: Course | None = None
 ) -> Way:
-    """Along the rows. `course`: on which side to come, as near as the rows allow; None for the shortest way."""
+    """Along the rows. `course`: on which side to come, as near as the rows allow; None for the shortest way.
+
+    Raises NoWay.
+    """
     direction = _facing(field, course) if course is not None else 0
     way = row_route.to_target(
         field, field.spot(*here), _facing(field, heading), field.spot(*target), short_m, direction
@@ -62,7 +65,7 @@ def by_rows(
 
 
 def home(field: FieldMap, here: LatLon, heading: Course, place: LatLon) -> Way:
-    """Along the rows and the headland to a place."""
+    """Along the rows and the headland to a place. Raises NoWay."""
     way = row_route.to_place(field, field.spot(*here), _facing(field, heading), field.spot(*place))
     return Way(_places(field, way.spots), heading)
 

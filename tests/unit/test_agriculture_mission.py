@@ -20,7 +20,7 @@ from sitl_emu.missions.companion.camera_model import MAST, NADIR
 from sitl_emu.missions.companion.options import Options
 
 from .agriculture_vehicles import HOME, LOOKS, STANDS, TARGETS, THIRTY_PERCENT, US, Node, fly, pair, plan
-from .companion_px4 import FakePx4
+from .companion_px4 import STEP_US, FakePx4
 
 FIELD = field_map.read(
     {
@@ -304,3 +304,15 @@ def test_a_plan_without_a_waypoint_is_refused(tmp_path: Path) -> None:
     path.write_text(json.dumps({"fileType": "Plan", "version": 1, "mission": mission}))
     with pytest.raises(ValueError, match="no waypoint; allowed: a mission with a Survey"):
         Scout.from_options(Options({"plan": str(path)}))
+
+
+def test_a_target_outside_the_ugvs_map_is_not_driven_to() -> None:
+    _, inspect = pair_among_rows()
+    far = from_metres(200.0, 10.0, *HOME[:2])
+
+    for now_us in range(0, 20 * US, STEP_US):
+        inspect.step(now_us)
+        if now_us == 4 * US:
+            inspect.companion._asked(9, items_of(Wanted(round(far[0] * 1e7), round(far[1] * 1e7), "weed", 0.9)))
+    assert not inspect.px4.missions.accepted
+    assert "job 1: the target lies outside the map" in inspect.of("failed")[0].text

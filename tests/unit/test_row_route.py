@@ -16,6 +16,7 @@ from sitl_emu.missions.agriculture.row_route import (
     BACKWARD,
     FORWARD,
     RUN_UP_M,
+    NoWay,
     Way,
     crosses,
     is_among_rows,
@@ -227,3 +228,17 @@ def test_a_map_may_be_a_json_file(tmp_path: Path) -> None:
 def test_what_is_wrong_with_a_map_is_named_with_what_is_allowed(change: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         field_map.of(Options({"field_map": {**MAP, **change}}))
+
+
+@pytest.mark.parametrize("target", [(90.0, 40.0), (-10.0, 40.0), (40.0, -20.0), (40.0, 200.0)])
+@pytest.mark.parametrize("here", [START, (40.0, 40.0)])
+def test_a_target_outside_what_may_be_driven_on_is_not_driven_to(here: Spot, target: Spot) -> None:
+    with pytest.raises(NoWay, match="outside the map"):
+        to_target(FIELD, here, FORWARD, target, 0.6)
+
+
+def test_a_field_too_narrow_to_turn_in_has_no_way_but_ahead() -> None:
+    narrow = field_map.read(MAP | {"outline_m": [[0, 0], [0, 4], [60, 4], [60, 0]], "first_row_m": 1, "margin_m": 0.5})
+    with pytest.raises(NoWay, match="no room on the map"):
+        to_target(narrow, (30.0, 1.2), FORWARD, (20.0, 1.2), 0.6)
+    assert to_target(narrow, (30.0, 1.2), FORWARD, (40.0, 1.2), 0.6).direction == FORWARD
