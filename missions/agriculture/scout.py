@@ -6,7 +6,7 @@ sent to the UGV's companion over the peer link by the mission protocol (`deliver
 After the plan's end it waits, landed, for the last report.
 
 **The mission is a success** when the whole field was seen, and the UGV has seen every target that was found there, with
-the label that the scout gave it.
+the label that the scout gave it. Without pictures for 20 s the field is not seen, and the UAS returns home.
 
 **The peer link** counts as lost when the UGV is needed (a target is to be sent, or a report awaited) and nothing was
 heard of it for `peer_timeout_s` (20 s). Then the mission says so, the UAS returns home and the outcome is "peer link
@@ -22,6 +22,7 @@ Options: `plan` (a .plan file; needed), `peer_timeout_s`, `report_timeout_s`, `q
 selection, rate, confirmations, gates.
 """
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -50,6 +51,8 @@ from sitl_emu.missions.companion.spotter import Origin, Spotter
 NAV_WAYPOINT, NAV_LAND, NAV_RETURN_TO_LAUNCH = 16, 21, 20
 SCAN_TIMEOUT_US = 1_800_000_000
 AREA_MARGIN_M = 1.0
+BLIND_S, BLIND_LOOKS = 20.0, 3.0
+"""Who had no picture for so long and so many looks, high enough over the field, does not see it. Ours."""
 BEFORE_FLIGHT = ("connecting", "uploading", "waiting for health")
 
 
@@ -87,6 +90,9 @@ class Scout:
         self._begun = self._scanning = self._scanned = self._flown = self._delivering_ended = False
         self._failure: str | None = None
         self._misfit = ""
+        self._looked_us = 0
+        """`Onboard.own_us` of the last picture that was looked at."""
+        self._blind_us = round(1e6 * max(BLIND_S, BLIND_LOOKS / (perception.look_rate_hz or math.inf)))
         self._flight: Script | None = self._fly()
 
     @classmethod
@@ -170,6 +176,7 @@ class Scout:
         if self._misfit:
             self.fail(self._misfit)
             return []
+        self._looked_us = self._onboard.own_us
         for target in self._spotter.found(frame_time_us, detections) if self._spotter is not None else ():
             self._add(target)
         return []
@@ -228,13 +235,21 @@ class Scout:
             raise steps.StepFailed("the vehicle is armed already; land and disarm it first")
 
     def _until_scanned(self) -> Script:
-        telemetry, since_us = self._onboard.telemetry, self._onboard.own_us
+        """Raises StepFailed where it is not flown to its end, or not seen."""
+        telemetry = self._onboard.telemetry
+        since_us = low_us = self._onboard.own_us
         while (telemetry.mission_reached or 0) < self._last_waypoint:
             if not telemetry.armed:
                 raise steps.StepFailed("disarmed before the survey was flown")
             if self._onboard.own_us - since_us > SCAN_TIMEOUT_US:
                 raise steps.StepFailed("the survey did not end")
+            if telemetry.place is None or telemetry.place.alt_home_m < self.scan_altitude_m:
+                low_us = self._onboard.own_us
+            if self._onboard.own_us - max(low_us, self._looked_us) > self._blind_us:
+                raise steps.StepFailed(f"no picture for {self._blind_us * 1e-6:.0f} s; look after the camera")
             yield
+        if not self._looked_us:
+            raise steps.StepFailed(f"no picture from {self.scan_altitude_m:g} m above home, scan_altitude_m, or higher")
 
     def _return_home(self, why: str) -> Script:
         """After a failure in the air: home, down, off."""

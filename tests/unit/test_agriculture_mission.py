@@ -316,3 +316,23 @@ def test_a_target_outside_the_ugvs_map_is_not_driven_to() -> None:
             inspect.companion._asked(9, items_of(Wanted(round(far[0] * 1e7), round(far[1] * 1e7), "weed", 0.9)))
     assert not inspect.px4.missions.accepted
     assert "job 1: the target lies outside the map" in inspect.of("failed")[0].text
+
+
+def test_a_scout_without_pictures_comes_home_and_is_no_success() -> None:
+    scout, inspect = pair()
+    looks, scout.px4.speed_m_s = scout.look, 2.0
+
+    def look(now_us: int) -> None:
+        if not scout.companion.jobs:
+            looks(now_us)
+
+    scout.look = look  # type: ignore[method-assign]
+    fly(scout, inspect)
+    assert scout.companion.jobs and not scout.px4.armed
+    assert scout.companion.status.outcome == "no picture for 20 s; look after the camera"
+
+
+def test_a_survey_below_the_height_from_which_pictures_are_looked_at_is_no_success() -> None:
+    scout, inspect = pair(scan_altitude_m=30.0)
+    fly(scout, inspect)
+    assert scout.companion.status.outcome == "no picture from 30 m above home, scan_altitude_m, or higher"
