@@ -101,6 +101,8 @@ class Inspect:
         self._spotter: Spotter | None = None
         """There while it looks for a target; its metres are those from where the target should be."""
         self._told_taken, self._misfit = False, ""
+        self._has_looked = False
+        """Whether a picture was looked at since it began to look."""
         self._script: Script | None = self._run()
 
     @classmethod
@@ -171,6 +173,7 @@ class Inspect:
         seen_from = spotter.vehicle_at(frame_time_us) if spotter is not None else None
         if job is None or spotter is None or seen_from is None:
             return []
+        self._has_looked = True
         for target in spotter.found(frame_time_us, detections):
             near = math.hypot(target.north_m, target.east_m) <= widened_m(self.match_m, self._telemetry.eph_m)
             if near and target.label not in {sight.label for sight in job.sights}:
@@ -329,17 +332,19 @@ class Inspect:
         self._onboard.enter("waiting", "for a target")
 
     def _look(self, job: Job) -> Script:
-        """Until the target is confirmed, or the time is over."""
+        """Until the target is confirmed, or the time is over. Raises StepFailed where no picture was looked at."""
         self._onboard.enter("inspecting", f"job {job.number}: looking for {job.wanted.label or 'the target'}")
         origin = Origin(job.lat_deg, job.lon_deg, None)
         _, confirming, look_rate_hz, _ = self.perception
         confirmation = Confirmation(self._camera, GROUND_DOWN_M, confirming)
         self._spotter = Spotter(self._telemetry, self._camera, self._mount, origin, confirmation, look_rate_hz)
-        since_us = self._onboard.own_us
+        since_us, self._has_looked = self._onboard.own_us, False
         while job.found is not Result.CONFIRMED and self._onboard.own_us - since_us < self._look_us:
             if self._misfit:
                 raise steps.StepFailed(self._misfit)
             yield
+        if not self._has_looked:
+            raise steps.StepFailed("no picture of where the target should be; look after the camera")
         self._spotter = None
 
     def _turn(self, job: Job, way: Way) -> Generator[None, None, Way]:

@@ -336,3 +336,11 @@ def test_a_survey_below_the_height_from_which_pictures_are_looked_at_is_no_succe
     scout, inspect = pair(scan_altitude_m=30.0)
     fly(scout, inspect)
     assert scout.companion.status.outcome == "no picture from 30 m above home, scan_altitude_m, or higher"
+
+
+def test_a_ugv_without_pictures_does_not_say_that_there_is_nothing() -> None:
+    scout, inspect = pair()
+    inspect.look = lambda now_us: None  # type: ignore[method-assign]
+    fly(scout, inspect)
+    assert "no picture of where the target should be" in inspect.of("failed")[0].text
+    assert {event.data["result"] for event in scout.of("report_received")} == {"not_reached"}
