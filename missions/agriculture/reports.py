@@ -1,6 +1,7 @@
 """What scouts are told of their targets: each report goes to whoever asked, until it is acknowledged.
 
-One report at a time goes to each system, as an acknowledgement does not say which it is for (`report.py`).
+One report at a time goes to each system, as an acknowledgement does not say which it is for (`report.py`). Where none
+comes, the system is told anew when it is heard again: who has waited through a longer silence still waits for it.
 """
 
 from collections import defaultdict, deque
@@ -19,13 +20,16 @@ class Reports:
         self._onboard = onboard
         self._waiting: defaultdict[int, deque[Report]] = defaultdict(deque)
         """What each system is still to be told, in order."""
-        self._telling: dict[int, Command] = {}
+        self._telling: dict[int, tuple[Command, Report]] = {}
         """The report that each system is being told."""
+        self._unheard_us: dict[int, int] = {}
+        """When it was given up to tell a system, of those that are to be heard again first."""
 
     @property
     def idle(self) -> bool:
-        """Whether all has been told."""
-        return not any(self._waiting.values()) and not self._telling
+        """Whether all has been told, to those that are heard."""
+        waiting = any(reports for system, reports in self._waiting.items() if system not in self._unheard_us)
+        return not waiting and not self._telling
 
     def tell(self, job: Job, result: Result) -> None:
         """All who asked for a job are to be told how it stands."""
@@ -38,13 +42,21 @@ class Reports:
 
     def on_time(self) -> None:
         """Goes on: a report that was not taken is noted, and the next one sent."""
-        for system, command in list(self._telling.items()):
+        for system, (command, report) in list(self._telling.items()):
             if command.outcome is not None:
                 del self._telling[system]
+                if command.outcome.result is None:
+                    self._waiting[system].appendleft(report)
+                    self._unheard_us[system] = self._onboard.now_us
                 if not command.outcome.accepted:
                     text = f"report to system {system}: {command.outcome.text}"
                     self._onboard.note("failed", text, system=system)
         for system, reports in self._waiting.items():
-            if reports and system not in self._telling:
-                self._telling[system] = command_of(system, reports.popleft())
-                self._onboard.start(PEER_LINK, self._telling[system])
+            peer, since_us = self._onboard.peer.peers.get(system), self._unheard_us.get(system)
+            if since_us is not None and peer is not None and peer.heard_us > since_us:
+                del self._unheard_us[system]
+            if reports and system not in self._telling and system not in self._unheard_us:
+                report = reports.popleft()
+                command = command_of(system, report)
+                self._telling[system] = command, report
+                self._onboard.start(PEER_LINK, command)

@@ -344,3 +344,16 @@ def test_a_ugv_without_pictures_does_not_say_that_there_is_nothing() -> None:
     fly(scout, inspect)
     assert "no picture of where the target should be" in inspect.of("failed")[0].text
     assert {event.data["result"] for event in scout.of("report_received")} == {"not_reached"}
+
+
+def test_a_report_outlives_a_silence_that_the_scout_sits_out() -> None:
+    scout, inspect = pair(peer_timeout_s=60.0)
+
+    def lost(now_us: int) -> bool:
+        seen = inspect.of("inspected")
+        return bool(seen) and now_us < seen[0].time_us + 40 * US
+
+    fly(scout, inspect, lost)
+    assert inspect.of("failed")[0].text == "report to system 1: no answer to 40 tries"
+    assert [event.data["result"] for event in scout.of("report_received")] == ["confirmed", "confirmed"]
+    assert scout.companion.status.outcome == "success"
