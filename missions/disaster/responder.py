@@ -58,7 +58,7 @@ class Responder:
         self._sightings = Sightings(settings.camera, settings.location)
         self._alarms = Alarms(settings.camera, settings.perception.confirming.confirm_score, self._is_asked)
         self._misfit = ""
-        """Width and height of a picture that the camera can't have taken."""
+        """What is wrong with the pictures' size (`CameraModel.misfit`)."""
         self._outcome, self._failure = "", ""
         self._done = False
 
