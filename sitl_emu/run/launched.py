@@ -99,11 +99,11 @@ def main(crew: Crew, say: Callable[[str], None], on_begun: Callable[[], None], l
         if not flying:
             raise KeyboardInterrupt
 
-    signal.signal(signal.SIGTERM, end)
     _allow_files()
     poll: HostPoll = Poll()
     status = 0
     with contextlib.suppress(KeyboardInterrupt), contextlib.ExitStack() as stack:
+        signal.signal(signal.SIGTERM, end)
         hosts, agent = list[AutopilotHost](), None
         for each in crew.vehicles:
             try:
