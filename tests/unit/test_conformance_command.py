@@ -120,6 +120,7 @@ def test_who_stops_before_an_autopilot_was_heard_reads_just_that() -> None:
     assert list(conformance.summary(run)) == ["interrupted before an autopilot was heard on udpout:127.0.0.1:9"]
 
 
+@pytest.mark.usefixtures("hears_hang_up")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_that_is_lost_while_a_module_is_imported_ends_the_tests_at_the_next(number: signal.Signals) -> None:
     keeper, before = Keeper(lambda _: None), signal.getsignal(number)

@@ -79,6 +79,7 @@ def run(folder: Path, monkeypatch: pytest.MonkeyPatch, start: Start) -> launcher
     return launcher.run(wiring.Wanted(load(find("agriculture")), 1, None, folder), NoView())
 
 
+@pytest.mark.usefixtures("hears_hang_up")
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_while_a_process_is_started_ends_that_too(
     tmp_path: Path, world: AWorld, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
@@ -96,6 +97,7 @@ def test_a_signal_while_a_process_is_started_ends_that_too(
     assert there[0].process.poll() is not None
 
 
+@pytest.mark.usefixtures("hears_hang_up")
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_while_processes_are_ended_leaves_none_and_the_runs_outcome(
     tmp_path: Path, world: AWorld, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
