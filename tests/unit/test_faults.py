@@ -203,7 +203,10 @@ def test_the_sensors_go_on_ticking_while_one_is_off() -> None:
 def test_a_wrong_fault_is_told(tmp_path: Path, entry: dict[str, Any], said: str) -> None:
     models = {"uas": "iris", "ugv": "rover", "hex": "sihsim_hex"}
     path = tmp_path / "own.yaml"
-    parts = [{"name": name, "model": model} for name, model in models.items()]
+    parts = [
+        {"name": name, "model": model, "start": {"north_m": 0.0, "east_m": 5.0 * place}}
+        for place, (name, model) in enumerate(models.items())
+    ]
     scenario = {"name": "own", "world": {"kind": "flat"}, "vehicles": parts, "faults": [{"vehicle": "uas"} | entry]}
     path.write_text(yaml.safe_dump(scenario))
     with pytest.raises(ScenarioError, match=said):
