@@ -6,8 +6,6 @@ from typing import NoReturn
 
 import typer
 
-from sitl_emu.run.output import to_nobody
-
 BAD_INPUT = 2
 LAST_INSTANCE = 249
 """Its system id is 250, PX4's largest."""
@@ -21,6 +19,8 @@ def say(text: str, nl: bool = True) -> None:
     try:
         typer.echo(text, nl=nl)
     except OSError:
+        from sitl_emu.run.output import to_nobody
+
         to_nobody(sys.stdout)
 
 
