@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from sitl_emu.vehicles.description import Lidar, Propulsion, Vehicle
+from sitl_emu.vehicles.description import Aerodynamics, Lidar, Propulsion, SihRover, Vector3, Vehicle
 
 SAME = 1e-4
 """Of a value (ours): as good as float32, and as places of rotors to a tenth of a millimetre."""
@@ -116,30 +116,26 @@ def _with_lag(vehicle: Vehicle, seconds: float) -> Vehicle:
     return replace(vehicle, propulsion=replace(vehicle.propulsion, time_constant_s=seconds))
 
 
-def _drag(vehicle: Vehicle) -> float | None:
-    if vehicle.sih_rover is not None:
-        return vehicle.sih_rover.kdv
-    return vehicle.aerodynamics.linear_n_s_m[0] if vehicle.aerodynamics is not None and _is_copter(vehicle) else None
+def _resistance(
+    of_rover: Callable[[SihRover], float],
+    put_rover: Callable[[SihRover, float], SihRover],
+    of_air: Callable[[Aerodynamics], Vector3],
+    put_air: Callable[[Aerodynamics, Vector3], Aerodynamics],
+) -> Figure:
+    """Against moving or turning: a rover's one figure, a copter's for each axis."""
 
+    def of(vehicle: Vehicle) -> float | None:
+        if vehicle.sih_rover is not None:
+            return of_rover(vehicle.sih_rover)
+        return of_air(vehicle.aerodynamics)[0] if vehicle.aerodynamics is not None and _is_copter(vehicle) else None
 
-def _with_drag(vehicle: Vehicle, kdv: float) -> Vehicle:
-    if vehicle.sih_rover is not None:
-        return replace(vehicle, sih_rover=replace(vehicle.sih_rover, kdv=kdv))
-    assert vehicle.aerodynamics is not None
-    return replace(vehicle, aerodynamics=replace(vehicle.aerodynamics, linear_n_s_m=(kdv, kdv, kdv)))
+    def put(vehicle: Vehicle, value: float) -> Vehicle:
+        if vehicle.sih_rover is not None:
+            return replace(vehicle, sih_rover=put_rover(vehicle.sih_rover, value))
+        assert vehicle.aerodynamics is not None
+        return replace(vehicle, aerodynamics=put_air(vehicle.aerodynamics, (value, value, value)))
 
-
-def _damping(vehicle: Vehicle) -> float | None:
-    if vehicle.sih_rover is not None:
-        return vehicle.sih_rover.kdw
-    return vehicle.aerodynamics.angular_n_m_s[0] if vehicle.aerodynamics is not None and _is_copter(vehicle) else None
-
-
-def _with_damping(vehicle: Vehicle, kdw: float) -> Vehicle:
-    if vehicle.sih_rover is not None:
-        return replace(vehicle, sih_rover=replace(vehicle.sih_rover, kdw=kdw))
-    assert vehicle.aerodynamics is not None
-    return replace(vehicle, aerodynamics=replace(vehicle.aerodynamics, angular_n_m_s=(kdw, kdw, kdw)))
+    return Figure(of, put, 0.0)
 
 
 def _lidar(of: Callable[[Lidar], float], put: Callable[[Lidar, float], Lidar]) -> Figure:
@@ -161,8 +157,18 @@ FIGURES = {
     "SIH_IXX": _inertia(0),
     "SIH_IYY": _inertia(1),
     "SIH_IZZ": _inertia(2),
-    "SIH_KDV": Figure(_drag, _with_drag, 0.0),
-    "SIH_KDW": Figure(_damping, _with_damping, 0.0),
+    "SIH_KDV": _resistance(
+        lambda rover: rover.kdv,
+        lambda rover, kdv: replace(rover, kdv=kdv),
+        lambda air: air.linear_n_s_m,
+        lambda air, each: replace(air, linear_n_s_m=each),
+    ),
+    "SIH_KDW": _resistance(
+        lambda rover: rover.kdw,
+        lambda rover, kdw: replace(rover, kdw=kdw),
+        lambda air: air.angular_n_m_s,
+        lambda air, each: replace(air, angular_n_m_s=each),
+    ),
     "SIH_L_PITCH": _arm(0, FOREMOST),
     "SIH_L_ROLL": _arm(1, 1.0),
     "SIH_MASS": Figure(_mass, lambda vehicle, kg: replace(vehicle, mass_kg=kg)),
