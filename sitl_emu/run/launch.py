@@ -125,9 +125,10 @@ def _crews(wanted: Sequence[Wanted], options: Options, say: Callable[[str], None
     here = site.plain(options.home, options.seed)
     if options.world is not None:
         here = site.in_world(options.world, options.seed, say, parcels=options.parcels)
+    offsets_m = here.row([models.load(vehicle.model) for vehicle in wanted])
     launched = [
-        Launched(model, instance, place, state.prepare(options.state, names[model], instance, fresh=options.fresh))
-        for place, (model, instance) in enumerate(wanted)
+        Launched(model, instance, offset_m, state.prepare(options.state, names[model], instance, fresh=options.fresh))
+        for (model, instance), offset_m in zip(wanted, offsets_m, strict=True)
     ]
     each = options.per_process or (1 if options.world is None else len(launched))
     start_us = unix_time_us()

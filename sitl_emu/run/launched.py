@@ -43,8 +43,8 @@ class Launched(NamedTuple):
     model: str
     """Its name, or its folder."""
     instance: int
-    place: int
-    """In the row in which the vehicles of a launch stand."""
+    offset_m: float
+    """How far east of the first of the row in which the vehicles of a launch stand."""
     root: Path
     """Where it keeps its files."""
 
@@ -258,7 +258,7 @@ def _simulator(crew: Crew, vehicle: Launched) -> VehicleSimulator:
     data = models.load(vehicle.model)
     if crew.parcels and data.release is not None:
         data = with_parcel(data, {})
-    return crew.site.simulator(data, vehicle.place, _name(data, vehicle.instance))
+    return crew.site.simulator(data, vehicle.offset_m, _name(data, vehicle.instance))
 
 
 def _allow_files() -> None:

@@ -64,7 +64,8 @@ def serve_world(
 
     signal.signal(signal.SIGTERM, stop)
     try:
-        simulators = [here.simulator(each, place, f"vehicle{place}") for place, each in enumerate(described)]
+        row = enumerate(zip(described, here.row(described), strict=True))
+        simulators = [here.simulator(each, offset_m, f"vehicle{place}") for place, (each, offset_m) in row]
         simulation = Simulation(simulators, here.solids, here.areas)
         if held := simulation.begins_in(models):
             raise Trouble(f"{held}; {site.NO_ROOM}")

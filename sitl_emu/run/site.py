@@ -1,9 +1,10 @@
 """Where the vehicles of `launch` and `world` stand: side by side, from the home of their world eastwards."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from sitl_emu.vehicles.description import Vehicle
+from sitl_emu.world.contacts import Contacts
 from sitl_emu.world.ground import FlatGround, Terrain
 from sitl_emu.world.home import Home
 from sitl_emu.world.obstacles import Areas, Obstacles
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
     from sitl_emu.world.world import World
 
 SPACING_M = 3.0
+ROOM_M = 0.5
+"""All but the first stand at least so far from anything; ours, less than half of `SPACING_M`."""
+MOST_PASSED = 100
+"""In a row so many places are passed over at most; ours: 300 m, farther than any town of ours reaches."""
 NO_ROOM = (
     "vehicles stand in a row, 3 m apart, from the world's place `home` eastwards: take fewer, or a world with room"
 )
@@ -38,9 +43,29 @@ class Site(NamedTuple):
     world: "World | None" = None
     """The world itself; None where there is nothing to see."""
 
-    def simulator(self, vehicle: Vehicle, place: int, name: str) -> VehicleSimulator:
-        """The simulator of a vehicle at the `place`th place of the row, at rest; its `name` chooses its noise."""
-        east_m = self.east_m + place * SPACING_M
+    def row(self, vehicles: Sequence[Vehicle]) -> list[float]:
+        """How far east of the first place each vehicle stands, m: the first in it, each other at the next free one.
+
+        Free is where it would be in no water and `ROOM_M` from all solids. After `MOST_PASSED` that are not it stands
+        in one all the same, and whoever begins with it is told (`Simulation.begins_in`).
+        """
+        places, at, passed = list[float](), 0, 0
+        for vehicle in vehicles:
+            while places and passed < MOST_PASSED and not self._is_free(vehicle, at * SPACING_M):
+                at, passed = at + 1, passed + 1
+            places.append(at * SPACING_M)
+            at += 1
+        return places
+
+    def _is_free(self, vehicle: Vehicle, offset_m: float) -> bool:
+        if self.solids is None and self.areas is None:
+            return True
+        simulator = self.simulator(vehicle, offset_m, vehicle.model)
+        return not Contacts([simulator], self.solids, self.areas).near(0, ROOM_M)
+
+    def simulator(self, vehicle: Vehicle, offset_m: float, name: str) -> VehicleSimulator:
+        """The simulator of a vehicle so far east of the first place, at rest; its `name` chooses its noise."""
+        east_m = self.east_m + offset_m
         return VehicleSimulator(
             vehicle,
             self.home,

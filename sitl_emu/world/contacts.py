@@ -125,15 +125,18 @@ class Contacts:
 
     def _held(self) -> list[tuple[int, str]]:
         """Who stands in what solid or water, by place."""
-        found = list[tuple[int, str]]()
-        for place in self._places:
-            body = self._simulators[place].dynamics
-            at = (body.north_m, body.east_m, body.down_m)
-            if self._solids is not None:
-                near = self._solids.touching(self._numbers[place], at, body.q, 0.0)
-                found += [(place, contact.other) for contact in near if contact.depth_m > SUNK_M]
-            if self._areas is not None and (water := self._areas.water_at(*at)) is not None:
-                found.append((place, water.name))
+        return [(place, other) for place in self._places for other in self.near(place, -SUNK_M)]
+
+    def near(self, place: int, within_m: float) -> list[str]:
+        """The solids to which a vehicle has a gap of less than so much (negative: sunk in by more), and its water."""
+        body = self._simulators[place].dynamics
+        at = (body.north_m, body.east_m, body.down_m)
+        found = list[str]()
+        if self._solids is not None and place in self._numbers:
+            contacts = self._solids.touching(self._numbers[place], at, body.q, max(within_m, 0.0))
+            found += [contact.other for contact in contacts if -contact.depth_m < within_m]
+        if self._areas is not None and (water := self._areas.water_at(*at)) is not None:
+            found.append(water.name)
         return found
 
     def look_again(self) -> None:

@@ -56,7 +56,7 @@ class Bench:
         here = site.in_world(str(YARD), 1, print)
         assert here.world is not None
         data = [vehicles.load(model) for model in ("iris", "rover")]
-        simulators = [here.simulator(each, place, f"{each.model}-{place}") for place, each in enumerate(data)]
+        simulators = [here.simulator(each, 3.0 * place, f"{each.model}-{place}") for place, each in enumerate(data)]
         self.ring = RingData(name=f"sitl_emu-test-{os.getpid()}-photographer", slots=8)
         self.simulation = Simulation(simulators, here.solids, here.areas)
         self.simulation.tick([None, None])

@@ -46,7 +46,7 @@ class Bench:
         here = site.in_world(str(YARD), 1, print)
         assert here.world is not None
         simulators = [
-            here.simulator(data, place, f"{data.model}-{place}")
+            here.simulator(data, 3.0 * place, f"{data.model}-{place}")
             for place, data in enumerate((vehicles.load("rover"), M600))
         ]
         self.simulation = Simulation(simulators, here.solids, here.areas)
