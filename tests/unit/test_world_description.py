@@ -126,6 +126,7 @@ def test_what_is_kept_is_what_was_read(tmp_path: Path, yard: World) -> None:
         (("use: asphalt", "use: tar"), "ground: land[0]: use = 'tar'; allowed are: grass, soil, asphalt"),
         (("{use: grass", "{use: lava"), "ground: use = 'lava'; allowed are: grass, soil, asphalt"),
         (("[-10, 40], [40, 40], [40, -10]]", "[40, 40], [-10, 40], [40, -10]]"), "area_m: its sides cross; give its"),
+        (("[-10, 40], [40, 40], [40, -10]]", "[40, 40], [-10, 40], [42, -12]]"), "area_m: its sides cross; give its"),
         (("name: yard", "name: yard\nname: garden"), "line 3: 'name' stands in line 2 already; give it once"),
         (("name: yard", "name: " + 50_000 * "{a: "), "line 2: nested too deeply; at most 100 mappings"),
         (("mass_kg: 18", "mass_kg: 1e6"), "mass_kg = '1e6' must be a number; to YAML this is a text: write it as 1.0e"),

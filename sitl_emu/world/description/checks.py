@@ -28,9 +28,9 @@ def check(described: "WorldDescription", where: str) -> None:
         check_shape(loose, f"{where}: loose[{number}]")
         _check_hull(loose, f"{where}: loose[{number}]")
     _names(described, where)
+    if polygons.crosses_itself(described.area_m):
+        raise WorldError(f"{where}: area_m: its sides cross; give its corners in their order around it")
     if described.area_m and (len(described.area_m) < 3 or polygons.area_m2(described.area_m) == 0.0):
-        if polygons.crosses_itself(described.area_m):
-            raise WorldError(f"{where}: area_m: its sides cross; give its corners in their order around it")
         raise WorldError(f"{where}: area_m: give three corners or more, which are not all in one line, or none")
     for place, polygon in _polygons(described):
         if not polygons.is_simple(polygon):
