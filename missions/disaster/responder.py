@@ -146,9 +146,9 @@ class Responder:
                 flight.view = View(frame_time_us, detections.gray, pose)
         ground_m = flight.ground.heights_m(now_us)
         flight.regions.update(pose, ground_m, detections, edges)
-        for one in self._sightings.new(pose, detections, flight.regions, ground_m):
-            telling.sighting(self._onboard, one, flight.place_deg)
         if flight.over_ground_m >= WHOLE * flight.settings.scan_altitude_m:
+            for one in self._sightings.new(pose, detections, flight.regions, ground_m):
+                telling.sighting(self._onboard, one, flight.place_deg)
             self._alarms.update(now_us, frame_time_us, pose, detections)
         return []
 

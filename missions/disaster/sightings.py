@@ -1,9 +1,13 @@
 """Where one frame says that a region is: the middle of its box, placed by that frame alone, as the paper does.
 
 The mission locates a region by all frames (`regions.py`). The paper's figures are of single ones: three frames in a row
-detect, and equations 1 to 3 place the box (its section 2.3). So that the two can be compared, what one frame says is
-told, too, by the same `location`: once of each region, from the first frame after it was confirmed that has all of its
-box. Nothing is decided by it.
+detect, and equations 1 to 3 place the box (its section 2.3). So that the two can be compared, what one frame of the
+scan says is told, too, by the same `location`: once of each region, from the first frame after it was confirmed that
+has all of its box. Nothing is decided by it.
+
+Which box is a region's: the nearest that is as wide and high as the region, as mapped by then, appears in the picture
+(`LEAST_IOU` of the two, laid over one another, so that nothing is asked of where it lies). A box of one slab of a ruin
+says nothing of the ruin's middle.
 
 Heights: the equations have one h, the camera's height above the ground under it, as ground is planar to them; a ray
 ends at the ground's height where it meets it. Both take it from the map of the terrain, where sightings are placed by
@@ -21,10 +25,12 @@ from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.camera_model import CameraModel, CameraPose
 from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.geolocation import on_level_ground, pixel_ray
-from sitl_emu.missions.disaster.regions import EDGE_PX, GAP_M, Grid, Region, RegionMap
+from sitl_emu.missions.disaster.regions import EDGE_PX, GAP_M, PROJECTIONS, RESOLUTION_M, Grid, Region, RegionMap
 
 NEAR_M = 2.0 * GAP_M
 """A box's middle lies so near to its region: by one frame the equations are off by metres; ours."""
+LEAST_IOU = 0.5
+"""From which on a detection is one of a target: the paper's Table 4."""
 STEPS = 3
 """In which a ray's end is found on ground that is not level; ours."""
 
@@ -56,12 +62,27 @@ class Sightings:
             place_m = located(self._camera, pose, box, regions, ground_m, self._location)
             if place_m is None:
                 continue
-            away = [(_away_m(regions, one, place_m), i) for i, one in enumerate(open_) if one.label == box.label]
+            away = [
+                (_away_m(regions, one, place_m), i)
+                for i, one in enumerate(open_)
+                if one.label == box.label and self._is_as_large(box, pose, one, regions, ground_m)
+            ]
             away_m, nearest = min(away, default=(math.inf, 0))
             if away_m < NEAR_M:
                 self._told.append(open_.pop(nearest))
                 found.append(Sighting(box.label, box.score, place_m))
         return found
+
+    def _is_as_large(
+        self, box: Detection, pose: CameraPose, region: Region, regions: RegionMap, ground_m: Grid | float
+    ) -> bool:
+        half_m = np.array(((-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5))).T[..., None] * RESOLUTION_M
+        north_m, east_m = regions.north_m[region.cells] + half_m[0], regions.east_m[region.cells] + half_m[1]
+        height_m = np.broadcast_to(np.broadcast_to(ground_m, regions.shape)[region.cells], north_m.shape)
+        x, y = PROJECTIONS[self._location](self._camera, pose, north_m, east_m, height_m)
+        wide, high = float(np.ptp(x)), float(np.ptp(y))
+        both = min(wide, box.w) * min(high, box.h)
+        return both >= LEAST_IOU * (wide * high + box.w * box.h - both)
 
     def _is_told(self, region: Region) -> bool:
         return any(one.label == region.label and bool((one.cells & region.cells).any()) for one in self._told)

@@ -55,6 +55,17 @@ def test_nothing_is_told_of_a_box_that_the_picture_cuts() -> None:
     assert told("rays", area=(15.0, 11.0, 40.0, 17.0)) == []
 
 
+def test_nothing_is_told_of_a_box_of_a_part() -> None:
+    over = RegionMap(Bounds(-20.0, -20.0, 50.0, 50.0), LABELS, CAMERA, Confirming(3, confirm_score=0.3))
+    sightings, pose = Sightings(CAMERA, "rays"), pose_at(9.0, 14.0)
+    (whole,) = box_of(pose, POND)
+    for _ in range(3):
+        over.update(pose, 0.0, [whole])
+    assert sightings.new(pose, [whole._replace(w=0.6 * whole.w, h=0.6 * whole.h)], over, 0.0) == []
+    (one,) = sightings.new(pose, [whole._replace(w=0.8 * whole.w, h=0.8 * whole.h)], over, 0.0)
+    assert math.dist(one.place_m, MIDDLE) < 0.5
+
+
 def test_each_region_is_told_once() -> None:
     over = RegionMap(Bounds(-20.0, -20.0, 50.0, 50.0), LABELS, CAMERA, Confirming(3, confirm_score=0.3))
     sightings, found = Sightings(CAMERA, "rays"), list[Sighting]()
