@@ -63,13 +63,14 @@ def test_a_level_camera_hangs_from_a_gimbal_and_all_else_is_the_missions(tmp_pat
 def test_single_frames_are_told_by_their_spread_and_by_how_many_are_near_enough() -> None:
     alarms = {"1": {"total": 8, "false": 2}, "3": {"total": 6, "false": 0}}
     those = [
-        summary(sightings=[{"error_m": 1.0}, {"error_m": 7.0}], alarms=alarms),
-        summary(sightings=[{"error_m": 5.0}], alarms={"1": {"total": 1, "false": 0}}),
+        summary(sightings=[{"error_m": 1.0, "time_s": 60.0}, {"error_m": 7.0, "time_s": 50.0}], alarms=alarms),
+        summary(sightings=[{"error_m": 5.0, "time_s": 70.0}], alarms={"1": {"total": 1, "false": 0}}),
     ]
     text = table_of(TABLES["level"], {"ours": those})
     assert "| location by one frame, RMSE | 5.00 m |" in text
     assert "| location by one frame, median | 5.0 m |" in text
     assert "| located by one frame within 5 m | 2 of 3 |" in text
+    assert "| a mission's first target located so | 1 of 2 |" in text
     assert "| false alarms of one frame | 2 of 9 |" in text
     assert "| false alarms of three in a row | 0 of 6 |" in text
 
