@@ -10,8 +10,6 @@ import os
 import time
 from pathlib import Path
 
-import cv2
-
 from sitl_emu.components.card import FOLDER, file_name
 from sitl_emu.core.frame_ring import Encoding, Format, Kind, RingError, RingWriter
 from sitl_emu.run import cameras, kept_frames, worlds
@@ -19,6 +17,7 @@ from sitl_emu.run.configs import CameraConfig, VideoData
 from sitl_emu.run.control import ControlChannel
 from sitl_emu.run.memory import large_goes_back, settle
 from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rendered, SendVideo
+from sitl_emu.run.picture_files import jpeg
 from sitl_emu.run.process import StartError, main
 from sitl_emu.run.video_sender import Target, VideoSender
 from sitl_emu.world.camera import STILL, Camera, Image, ShowsVehicles
@@ -100,8 +99,7 @@ class _Video:
 
 def _keep(image: Image, path: Path) -> None:
     """Write a picture. Raises OSError."""
-    _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    path.write_bytes(data.tobytes())
+    path.write_bytes(jpeg(image, JPEG_QUALITY))
 
 
 if __name__ == "__main__":

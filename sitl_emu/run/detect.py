@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cv2
-import numpy as np
 
 from sitl_emu.missions.companion import networks
 from sitl_emu.missions.companion.camera import CameraError, Image, open_camera
@@ -15,11 +14,14 @@ from sitl_emu.missions.companion.detector import Detection, Detector
 from sitl_emu.missions.companion.inference import be_repeatable
 from sitl_emu.missions.companion.yolo import ModelError, OnnxDetector
 from sitl_emu.run import folders
+from sitl_emu.run.picture_files import jpeg
 from sitl_emu.run.trouble import Trouble
 
 COLOURS = ((255, 120, 0), (0, 230, 255), (255, 0, 255), (0, 255, 0), (0, 90, 255), (255, 255, 255))
 """Of the labels in turn, BGR."""
 WAIT_S = 0.002
+JPEG_QUALITY = 95
+"""OpenCV's own."""
 TABLE = "detections.jsonl"
 
 
@@ -50,7 +52,8 @@ def detect(source: str, model: str, least: float, out: Path, most: int | None, s
                 took_s += time.perf_counter() - began
                 row = {"frame": frame.index, "time_us": frame.time_usec, "found": [each._asdict() for each in found]}
                 table.write(json.dumps(row) + "\n")
-                _write(out / f"{frame.index:06d}.jpg", marked(frame.image, found, detector))
+                picture = marked(frame.image, found, detector)
+                (out / f"{frame.index:06d}.jpg").write_bytes(jpeg(picture, JPEG_QUALITY))
                 count += 1
                 seen.update(each.label for each in found)
     except CameraError as error:
@@ -71,9 +74,3 @@ def marked(image: Image, found: Sequence[Detection], detector: Detector) -> Imag
         at = (left + 4, max(top, 0) + 16)
         cv2.putText(image, f"{each.label} {each.score:.2f}", at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, 1, cv2.LINE_AA)
     return image
-
-
-def _write(path: Path, image: Image) -> None:
-    done, data = cv2.imencode(".jpg", np.ascontiguousarray(image))
-    assert done
-    path.write_bytes(data.tobytes())

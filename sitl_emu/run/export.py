@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.run import folders, views, worlds
+from sitl_emu.run.picture_files import jpeg, png
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world import kinds
 from sitl_emu.world.camera import Renderer
@@ -223,9 +223,9 @@ def _write_frame(
         instances[mask] = number
         coco.add(table, image, seen, mask, name=seen.name, whole_bbox=_whole(seen), instance=number)
     near = np.where(drawn.depth_m < 65535.0 / PER_METRE, drawn.depth_m * PER_METRE, 0.0)
-    _write(plan.folder / "images" / f"{name}.jpg", picture)
-    _write(plan.folder / "masks" / f"{name}.png", instances)
-    _write(plan.folder / "depth" / f"{name}.png", np.round(near).astype(np.uint16))
+    (plan.folder / "images" / f"{name}.jpg").write_bytes(jpeg(picture, JPEG_QUALITY))
+    (plan.folder / "masks" / f"{name}.png").write_bytes(png(instances))
+    (plan.folder / "depth" / f"{name}.png").write_bytes(png(np.round(near).astype(np.uint16)))
     if "yolo" in plan.formats:
         text = yolo.text([each.seen for each in found], plan.labels, lens.width, lens.height)
         (plan.folder / "labels" / f"{name}.txt").write_text(text)
@@ -246,10 +246,3 @@ def _told(view: views.View, lens: Intrinsics) -> dict[str, Any]:
         "camera_to_ned": view.camera_to_ned.tolist(),
         "focal_px": lens.focal_px,
     }
-
-
-def _write(path: Path, image: npt.NDArray[Any]) -> None:
-    settings = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY] if path.suffix == ".jpg" else []
-    done, data = cv2.imencode(path.suffix, image, settings)
-    assert done
-    path.write_bytes(data.tobytes())

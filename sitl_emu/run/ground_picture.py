@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 import numpy.typing as npt
+
+from sitl_emu.run.picture_files import jpeg
 
 FILE = "map.jpg"
 JPEG_QUALITY = 85
@@ -13,8 +14,7 @@ JPEG_QUALITY = 85
 
 def encoded(photo: npt.NDArray[np.uint8]) -> bytes:
     """(height, width, 3) RGB as a JPEG."""
-    _, data = cv2.imencode(".jpg", np.ascontiguousarray(photo[:, :, ::-1]), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    return data.tobytes()
+    return jpeg(photo[:, :, ::-1], JPEG_QUALITY)
 
 
 def write(photo: npt.NDArray[np.uint8], folder: Path) -> None:

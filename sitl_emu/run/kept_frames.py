@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.run.configs import ProcessConfig
+from sitl_emu.run.picture_files import jpeg, png
 
 Array = npt.NDArray[Any]
 Encode = Callable[[Array], tuple[str, bytes]]
@@ -58,15 +59,13 @@ def image_file(image: Array) -> tuple[str, bytes]:
     height, width = image.shape[:2]
     if width > WIDTH_PX:
         image = cv2.resize(image, (WIDTH_PX, round(height * WIDTH_PX / width)), interpolation=cv2.INTER_AREA)
-    _, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    return ".jpg", data.tobytes()
+    return ".jpg", jpeg(image, JPEG_QUALITY)
 
 
 def depth_file(depth_m: Array) -> tuple[str, bytes]:
     """(height, width) in metres, inf where nothing is, as a PNG of millimetres."""
     mm = np.where(np.isfinite(depth_m), np.round(depth_m * 1000.0), 0.0)
-    _, data = cv2.imencode(".png", np.clip(mm, 0.0, MM_MAX).astype(np.uint16))
-    return ".png", data.tobytes()
+    return ".png", png(np.clip(mm, 0.0, MM_MAX).astype(np.uint16))
 
 
 def points_file(points_m: Array) -> tuple[str, bytes]:

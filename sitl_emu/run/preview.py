@@ -5,11 +5,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.run import folders, views, worlds
+from sitl_emu.run.picture_files import png
 from sitl_emu.run.views import Look
 from sitl_emu.world.camera import Renderer
 from sitl_emu.world.description import WorldError
@@ -40,15 +40,9 @@ def preview(
     worlds.keep(world, folder)
     (folder / "truth.json").write_text(json.dumps(world.truth(time_s), indent=1) + "\n")
     for look in views.looks(world):
-        _write(folder / f"{look.name}.png", picture(renderer, world, look, time_s))
+        (folder / f"{look.name}.png").write_bytes(png(picture(renderer, world, look, time_s)))
     if map_ is not None:
-        _write(folder / "map.png", np.ascontiguousarray(map_[:, :, ::-1]))
+        (folder / "map.png").write_bytes(png(map_[:, :, ::-1]))
     for line in worlds.not_read(world):
         say(line)
     say(f"{world.description.name}: pictures, map, truth.json and {worlds.KEPT_AS} are in {folder}")
-
-
-def _write(path: Path, image: npt.NDArray[np.uint8]) -> None:
-    done, data = cv2.imencode(".png", image)
-    assert done
-    path.write_bytes(data.tobytes())

@@ -7,12 +7,12 @@ too. Where nothing is near enough it is inf (REP 117, 118).
 import math
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.run.configs import LidarDescription
 from sitl_emu.run.messages import RangeSeen
+from sitl_emu.run.picture_files import jpeg
 from sitl_emu.run.ros.frames import header
 from sitl_emu.world.lens import Intrinsics
 
@@ -41,8 +41,8 @@ def image(time_us: int, frame: str, picture: Array, encoding: str) -> dict[str, 
 
 def compressed_image(time_us: int, frame: str, picture: Array) -> dict[str, Any]:
     """sensor_msgs/CompressedImage of (height, width, 3), BGR, as image_transport's plugin makes it."""
-    _, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    return {"header": header(time_us, frame), "format": "bgr8; jpeg compressed bgr8", "data": data.tobytes()}
+    data = jpeg(picture, JPEG_QUALITY)
+    return {"header": header(time_us, frame), "format": "bgr8; jpeg compressed bgr8", "data": data}
 
 
 def camera_info(time_us: int, frame: str, seen: Intrinsics) -> dict[str, Any]:
