@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.battery import Battery
-from sitl_emu.autopilot.sensors.data_validator import DataValidator
+from sitl_emu.autopilot.sensors.data_validator import BARO_EQUAL_VALUES, MAG_EQUAL_VALUES, DataValidator
 from sitl_emu.autopilot.sensors.distance_sensors import DOWNWARD
 from sitl_emu.autopilot.sensors.imu_integrator import ImuIntegrator
 from sitl_emu.autopilot.sensors.sensor_calibration import (
@@ -155,7 +155,7 @@ class Sensors:
         self._imu_fails = False
         self._integrator = ImuIntegrator(topics)
         self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(1, keeps_pace=True)
-        self.mag_validator, self.baro_validator = DataValidator(), DataValidator()
+        self.mag_validator, self.baro_validator = DataValidator(MAG_EQUAL_VALUES), DataValidator(BARO_EQUAL_VALUES)
         self._mag_calibrations = self._baro_calibrations = 0
         self._power_module = Battery(topics, parameters)
         self._corrections = NONE

@@ -3,7 +3,7 @@
 import pytest
 
 from sitl_emu.autopilot.constants import Severity
-from sitl_emu.autopilot.sensors.data_validator import DataValidator
+from sitl_emu.autopilot.sensors.data_validator import BARO_EQUAL_VALUES, MAG_EQUAL_VALUES, DataValidator
 from sitl_emu.autopilot.sensors.sensor_failover import SensorFailover
 
 STEP_US = 20_000
@@ -13,7 +13,7 @@ class Watched:
     """A sensor at 50 Hz, and what is said of it."""
 
     def __init__(self, sensor: str = "MAG") -> None:
-        self.validator = DataValidator()
+        self.validator = DataValidator(MAG_EQUAL_VALUES if sensor == "MAG" else BARO_EQUAL_VALUES)
         self.said: list[tuple[float, Severity, str, tuple[float, ...]]] = []
         self.failover = SensorFailover(sensor, self.validator, self._say)
         self.now_us = 0
@@ -55,12 +55,13 @@ def test_a_compass_that_never_spoke_has_not_failed() -> None:
     assert compass.said == []
 
 
-def test_the_same_field_for_too_long_is_stale() -> None:
-    compass = Watched()
-    compass.run(1.0)
-    compass.run(3.0, "the same")
-    assert [(text, arguments) for _, _, text, arguments in compass.said] == [("MAG #0 failed:  STALE!\t", (0, 2))]
-    assert compass.said[0][0] == pytest.approx(1.0 + 35 * 0.02, abs=0.03)
+@pytest.mark.parametrize(("sensor", "samples"), [("MAG", 335), ("BARO", 35)])
+def test_the_same_for_too_long_is_stale(sensor: str, samples: int) -> None:
+    watched = Watched(sensor)
+    watched.run(1.0)
+    watched.run(10.0, "the same")
+    assert [(text, told) for _, _, text, told in watched.said] == [(f"{sensor} #0 failed:  STALE!\t", (0, 2))]
+    assert watched.said[0][0] == pytest.approx(1.0 + samples * 0.02, abs=0.03)
 
 
 def test_a_compass_that_was_well_again_may_fail_again_but_not_within_three_seconds() -> None:
