@@ -173,7 +173,7 @@ class HeadingToYawRate:
 
     def status(self, now_us: int, state: RoverState) -> RoverAttitudeStatus:
         """What it has come to."""
-        return RoverAttitudeStatus(now_us, state.yaw, self._control.setpoint)
+        return RoverAttitudeStatus(now_us, state.yaw, wrap_pi(self._control.setpoint))
 
 
 class YawRateToSteering:

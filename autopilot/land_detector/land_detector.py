@@ -57,12 +57,13 @@ class LandDetector:
         last = topics.vehicle_land_detected
         self._flight_time.update(now_us, armed=topics.actuator_armed.armed, landed=last.landed)
         states = self._detector.update(now_us)
-        states = (*states, states[0] and self._rests(now_us))
+        rests = self._rests(now_us)
+        states = (*states, states[0] and rests)
         if last.timestamp == 0 or now_us - last.timestamp >= PUBLISHED_AFTER_US or states != last[1:7]:
             topics.vehicle_land_detected = VehicleLandDetected(now_us, *states, *self._detector.details(now_us))
 
     def _rests(self, now_us: int) -> bool:
-        """It has neither turned nor shaken for a second."""
+        """It has neither turned nor shaken for a second; to be asked in flight, too."""
         p, q, r = self._topics.vehicle_angular_velocity.xyz
         imu = self._topics.vehicle_imu_status
         if p * p + q * q + r * r > MOVING_RAD_S * MOVING_RAD_S:

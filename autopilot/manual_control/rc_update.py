@@ -69,6 +69,10 @@ def with_throttle_centred(channel: Channel) -> Channel:
     return channel._replace(trim=float(int(channel.minimum + channel.maximum) // 2)) if at_the_low_end else channel
 
 
+def _compared(switches: ManualControlSwitches) -> tuple[int, ...]:
+    return switches._replace(timestamp=0, terminate=0)
+
+
 class RcUpdate:
     """Writes manual_control_rc and manual_control_switches."""
 
@@ -119,11 +123,16 @@ class RcUpdate:
             self._turn_parameters(channels)
 
     def _take_switches(self, switches: ManualControlSwitches) -> None:
-        """They count once two messages agree on them, at once where something changes, and are said again at 1 Hz."""
+        """They count once two messages agree on them, at once where something changes, and are said again at 1 Hz.
+
+        Whether it is to terminate is then said with the rest: PX4 does not compare that switch (rc_update.cpp,
+        operator==).
+        """
         seen, told = self._seen, self._topics.manual_control_switches
         self._seen = switches
-        agreed = switches[1:] == seen[1:] and switches.timestamp - seen.timestamp < LONGEST_GAP_US
-        if agreed and (switches[1:] != told[1:] or switches.timestamp - told.timestamp >= SWITCHES_EVERY_US):
+        agreed = _compared(switches) == _compared(seen) and switches.timestamp - seen.timestamp < LONGEST_GAP_US
+        is_new = _compared(switches) != _compared(told)
+        if agreed and (is_new or switches.timestamp - told.timestamp >= SWITCHES_EVERY_US):
             self._topics.manual_control_switches = switches
 
     def _copy_parameters(self) -> None:

@@ -18,9 +18,13 @@ CONVERGES_S: Final = 1.0
 Horizontal = tuple[float, float]
 
 
+MOST_DEAD: Final = 0.99
+"""Of a stick's way, whatever MAN_DEADZONE says (math::deadzone)."""
+
+
 def expo_deadzone(value: float, dead_zone: float) -> float:
     """A stick of -1..1 with a dead zone around its centre and less effect near it."""
-    size = abs(value)
+    size, dead_zone = abs(value), min(dead_zone, MOST_DEAD)
     if size <= dead_zone:
         return 0.0
     moved = math.copysign((size - dead_zone) / (1.0 - dead_zone), value)

@@ -64,6 +64,19 @@ def test_disarmed_is_landed() -> None:
     assert topics.vehicle_land_detected.landed
 
 
+def test_at_rest_is_who_has_neither_turned_nor_shaken_for_a_second_before_it_landed_either() -> None:
+    vehicle = Descending()
+    vehicle.topics.vehicle_angular_velocity = vehicle.topics.vehicle_angular_velocity._replace(xyz=(0.0, 0.0, 0.1))
+    vehicle.run(0.1)
+    vehicle.topics.vehicle_angular_velocity = vehicle.topics.vehicle_angular_velocity._replace(xyz=(0.0, 0.0, 0.0))
+    vehicle.topics.actuator_armed = ActuatorArmed(False)
+    vehicle.run(0.9)
+    land = now(vehicle.topics).vehicle_land_detected
+    assert land.landed and not land.at_rest
+    vehicle.run(0.2)
+    assert now(vehicle.topics).vehicle_land_detected.at_rest
+
+
 def test_flying_is_not_landed() -> None:
     assert Descending().state() == (False, False, False)
 

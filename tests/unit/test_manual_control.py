@@ -198,7 +198,7 @@ def test_a_switch_ends_the_flight() -> None:
     pilot.run(3.0)
     pilot.take_off(10.0)
     pilot.channels[4] = HIGH
-    pilot.run(0.5)
+    pilot.run(1.1)  # it is told once a second (rc_update.py)
     assert pilot.mode is NavState.TERMINATION
     assert pilot.topics.actuator_armed.termination
 

@@ -12,6 +12,7 @@ from sitl_emu.autopilot.topics import (
     Vector3,
 )
 from sitl_emu.core import dialect as mavlink
+from tests.typed import now
 from tests.unit.mavlink_peer import ALT_M, LAT_DEG, LON_DEG, ONBOARD, Peer, command_long, only
 
 
@@ -255,6 +256,16 @@ def test_channels_that_are_ignored(channels: tuple[int, ...], values: tuple[int,
     peer = Peer()
     peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *channels))
     assert peer.topics.input_rc.values == values
+
+
+def test_the_first_link_with_channels_is_the_receiver() -> None:
+    """Each link's is an instance of input_rc of its own, and PX4 reads the first (rc_update.h)."""
+    peer = Peer()
+    peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *(1100,) * 8), ONBOARD)
+    peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *(1900,) * 8))
+    assert peer.topics.input_rc.values == (1100,) * 8
+    peer.send(mavlink.MAVLink_rc_channels_override_message(1, 1, *(1200,) * 8), ONBOARD)
+    assert now(peer.topics).input_rc.values == (1200,) * 8
 
 
 def test_overridden_channels_are_shown() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from sitl_emu.autopilot.constants import NavState
-from sitl_emu.autopilot.manual_control.rc_update import Channel
+from sitl_emu.autopilot.manual_control.rc_update import OFF, ON, Channel
 from sitl_emu.autopilot.topics import SOURCE_RC, RcParameter
 from tests.typed import now
 
@@ -58,6 +58,25 @@ def test_channels_are_auxiliary_sticks_by_their_mapping() -> None:
     pilot.channels = [1500, 1500, 1500, 1500, 2000, 1250]
     pilot.run(0.5)
     assert pilot.sticks.aux == pytest.approx((1.0, 0.0, 0.0, 0.0, 0.0, -0.5))
+
+
+def test_the_switch_that_terminates_is_told_with_the_next_second_or_another_switch() -> None:
+    """PX4 does not compare it (rc_update.cpp, operator==)."""
+    pilot = Pilot(**RC, RC_MAP_TERM_SW=5, RC_MAP_LOITER_SW=6)
+    pilot.channels = [1500, 1500, 1500, 1500, LOW, LOW]
+    pilot.run(1.5)
+    told = now(pilot.topics).manual_control_switches
+    assert told.terminate == OFF
+    pilot.channels[4] = HIGH
+    pilot.run(0.2)
+    assert now(pilot.topics).manual_control_switches == told
+    pilot.run(1.0)
+    switches = now(pilot.topics).manual_control_switches
+    assert switches.terminate == ON and switches.timestamp - told.timestamp == pytest.approx(1_000_000, abs=20_000)
+    pilot.channels[4:] = [LOW, HIGH]
+    pilot.run(0.1)
+    switches = now(pilot.topics).manual_control_switches
+    assert (switches.loiter, switches.terminate) == (ON, OFF)
 
 
 def test_a_channel_turns_a_parameter() -> None:

@@ -3,6 +3,9 @@
 As PX4 (handle_message_rc_channels_override): up to 18 channels; UINT16_MAX ignores a channel, 0 ignores channels 9 and
 above; the last that is not ignored gives their number. One that is ignored before it stays UINT16_MAX, which counts as
 full deflection, as nobody else has a value for it. Whether they are flown, rc_update and COM_RC_IN_MODE decide.
+
+The first link on which it came since boot is the receiver, others are not listened to: each has an instance of input_rc
+of its own (mavlink_receiver.h, _rc_pub), and who reads reads the first (rc_update.h, RC_CHANNELS.hpp).
 """
 
 from typing import Any, ClassVar
@@ -27,11 +30,13 @@ class RcOverride:
         """Writes into `topics`."""
         self._topics = topics
         self._system_id = system_id
+        self._link: Link | None = None
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Channels up to the last that is set."""
-        if message.target_system not in (0, self._system_id):
+        if message.target_system not in (0, self._system_id) or self._link not in (None, link):
             return
+        self._link = link
         channels = [getattr(message, f"chan{number}_raw", 0) for number in range(1, CHANNELS + 1)]
         while channels and (channels[-1] == IGNORED or (len(channels) > FIRST_CHANNELS and channels[-1] == 0)):
             channels.pop()
