@@ -3,7 +3,7 @@
 Behaves as PX4's FlightTaskAltitudeCruise (v1.18): a full stick takes the tilt from one end to the other in a second.
 """
 
-from typing import Final
+from typing import ClassVar, Final
 
 from sitl_emu.autopilot.modes.manual_altitude import ManualAltitude
 from sitl_emu.autopilot.modes.sticks import Horizontal, within_unit_length
@@ -15,6 +15,8 @@ SHARE_A_SECOND: Final = 2.0
 
 class AltitudeCruise(ManualAltitude):
     """The flight task of ALTITUDE_CRUISE."""
+
+    NEEDS_STICKS: ClassVar[bool] = False
 
     def _tilted(self, sticks: ManualControlSetpoint, dt_s: float) -> Horizontal:
         """Forward and to the right, as shares of the greatest acceleration."""

@@ -31,9 +31,10 @@ class ClimbSmoothing:
         self.position = NAN
         """Where it is held; NaN while it moves."""
 
-    def reset(self, position: float, velocity: float, acceleration: float) -> None:
-        """Go on from there."""
-        self._trajectory.reset(position, velocity, acceleration)
+    def go_on(self, position: float, velocity: float, acceleration: float) -> None:
+        """From there, with the plan as it is: on the ground, where this comes at every update, it still moves a step
+        along it (ManualVelocitySmoothingZ::reset)."""
+        self._trajectory.force_state(position, velocity, acceleration)
         self.position = NAN
 
     @property

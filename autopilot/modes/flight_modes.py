@@ -1,7 +1,8 @@
 """Chooses the flight mode's task and publishes its setpoint: PX4's flight_mode_manager (v1.18).
 
 One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. Until the
-rotors' ramp begins the task begins anew at every update. Modes that sticks fly without a position (STAB, ACRO, MANUAL)
+rotors' ramp begins the task begins anew at every update. One that needs sticks does not begin without: Descend runs in
+its place. Modes that sticks fly without a position (STAB, ACRO, MANUAL)
 and termination publish no setpoint. OFFBOARD is a task here alone: what others asked for there nobody goes on from.
 """
 
@@ -33,8 +34,9 @@ DIRECT: Final = 0
 POSITION_MODES = (DIRECT, 4)
 """MPC_POS_MODE; another is set to 4 when Position is flown (FlightModeManager.cpp)."""
 NAN = math.nan
-AT_REST = (0.0, 0.0, 0.0)
-AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7), acceleration=AT_REST)
+DESCEND: Final = 1
+"""FlightTaskIndex: after Auto (modules/flight_mode_manager/CMakeLists.txt)."""
+AUTO_ON_GROUND = TrajectorySetpoint(velocity=(0.0, 0.0, 0.7), acceleration=(0.0, 0.0, 0.0))
 """FlightTaskAuto's trajectory begins downwards, so that it takes its time to lift the vehicle off; without what shakes
 the vehicle."""
 
@@ -49,13 +51,14 @@ class FlightModes:
         self._parameters = parameters
         auto, follow_target = Auto(topics, parameters, say, send), FollowTargetTask(topics, parameters)
         slow = ManualPositionSlow(topics, parameters, say, send)
+        self._descend = Descend(topics, parameters)
         tasks: dict[Task, FlightTask] = {
             Task.AUTO: auto,
             Task.MANUAL_POSITION: ManualPosition(topics, parameters, say, send),
             Task.MANUAL_POSITION_SLOW: slow,
             Task.MANUAL_ALTITUDE: ManualAltitude(topics, parameters),
             Task.ALTITUDE_CRUISE: AltitudeCruise(topics, parameters),
-            Task.DESCEND: Descend(topics, parameters),
+            Task.DESCEND: self._descend,
             Task.ORBIT: Orbit(topics, parameters, say, send),
             Task.FOLLOW_TARGET: follow_target,
             Task.OFFBOARD: Offboard(topics, parameters),
@@ -68,6 +71,8 @@ class FlightModes:
         """With MPC_POS_MODE 0."""
         self._auto, self._follow_target, self._slow = auto, follow_target, slow
         self._offboard = tasks[Task.OFFBOARD]
+        self._lacks_sticks = False
+        """Descend runs because the mode's own task cannot begin."""
         self._task: FlightTask | None = None
         self._estimates = SubscriptionInterval(INTERVAL_US, 0)
         self._updated_us = 0
@@ -99,6 +104,12 @@ class FlightModes:
                 line = f"[flight_mode_manager] MPC_POS_MODE {position_mode} invalid, resetting"
                 self._texts.note(Severity.ERROR, line)
                 self._parameters.set("MPC_POS_MODE", 4)
+        needs_sticks = isinstance(task, ManualAltitude) and task.NEEDS_STICKS
+        without_sticks = needs_sticks and not topics.manual_control_setpoint.valid
+        goes_on = without_sticks and task is self._task
+        if without_sticks and not goes_on:
+            task = self._runs_instead()
+        self._lacks_sticks = without_sticks and not goes_on
         if task is not self._task:
             before, self._task = self._task, task
             for ending in (self._follow_target, self._slow):
@@ -108,25 +119,34 @@ class FlightModes:
                 topics.trajectory_setpoint = TrajectorySetpoint(now_us)
             else:
                 task.refresh()  # PX4 makes a task anew: it knows at once what has changed
-                if task is self._follow_target:
-                    self._follow_target.begin()
-                elif task is self._auto:
-                    self._auto.begin()
+                if isinstance(task, (Auto, FollowTargetTask, ManualAltitude)):
+                    task.begin()
                 # PX4 runs no task in OFFBOARD, whose setpoint may lie far away (FlightModeManager::switchTask)
                 task.activate(TrajectorySetpoint() if before is self._offboard else topics.trajectory_setpoint)
         if task is None:
             return
-        topics.trajectory_setpoint, topics.vehicle_constraints = task.update(now_us, dt_s)
+        if goes_on:  # sticks that are lost: it asks for nothing (FlightModeManager::generateTrajectorySetpoint)
+            topics.trajectory_setpoint, topics.vehicle_constraints = TrajectorySetpoint(now_us), VehicleConstraints()
+        else:
+            topics.trajectory_setpoint, topics.vehicle_constraints = task.update(now_us, dt_s)
         if topics.takeoff_status.state < TakeoffState.RAMPUP:
-            velocity = topics.trajectory_setpoint.velocity if status.armed else AT_REST
+            velocity = topics.trajectory_setpoint.velocity
             task.activate(AUTO_ON_GROUND if task is self._auto else _on_ground(velocity))
-        gear = (
-            self._auto.gear if task is self._auto else GEAR_DOWN if status.nav_state == NavState.DESCEND else GEAR_KEEP
-        )
+        gear = self._auto.gear if task is self._auto else GEAR_DOWN if task is self._descend else GEAR_KEEP
         if gear != self._gear:
             self._gear = gear
             if gear != GEAR_KEEP:
                 topics.landing_gear = LandingGear(now_us, gear)
+
+    def _runs_instead(self) -> FlightTask:
+        """What runs where a task cannot begin, made anew at every run (FlightModeManager::start_flight_task)."""
+        status = self._topics.vehicle_status
+        if status.armed and not self._lacks_sticks:
+            unable = f"Matching flight task was not able to run, Nav state: {status.nav_state:d}, Task: {DESCEND}"
+            self._texts.note(Severity.ERROR, f"[flight_mode_manager] {unable}")
+        if self._task is self._descend:
+            self._descend.activate(TrajectorySetpoint())
+        return self._descend
 
 
 def _on_ground(velocity: Vector3) -> TrajectorySetpoint:

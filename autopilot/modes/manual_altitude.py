@@ -7,7 +7,7 @@ estimate rests (hagl_max_*).
 """
 
 import math
-from typing import Final
+from typing import ClassVar, Final
 
 from sitl_emu.autopilot.modes.climb_smoothing import ClimbLimits, ClimbSmoothing
 from sitl_emu.autopilot.modes.flight_task import Setpoint, distance_to_ground_m, start_state
@@ -38,6 +38,9 @@ TAKEOFF_THROTTLE: Final = 0.3
 
 class ManualAltitude:
     """The flight task of ALTCTL, and the vertical half of POSCTL and ORBIT."""
+
+    NEEDS_STICKS: ClassVar[bool] = True
+    """Without any it does not run (FlightTaskManualAltitude::updateInitialize, _sticks_data_required)."""
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics = topics
@@ -72,11 +75,15 @@ class ManualAltitude:
         self._stick_yaw.time_constant_s = value["MPC_MAN_Y_TAU"]
         self._terrain.refresh(value)
 
+    def begin(self) -> None:
+        """Be as one that PX4 has made anew."""
+        self._climb = ClimbSmoothing()
+
     def activate(self, last: TrajectorySetpoint) -> None:
         """Go on from the last setpoint."""
         local = self._topics.vehicle_local_position
         position, velocity, acceleration = start_state(last, local)
-        self._climb.reset(position[2], velocity[2], acceleration[2])
+        self._climb.go_on(position[2], velocity[2], acceleration[2])
         self._terrain.reset()
         self._follows_terrain = False
         self._stick_yaw.reset(local.heading, local.unaided_heading)

@@ -41,6 +41,11 @@ class ManualPosition(ManualAltitude):
         self._weather_vane.refresh(self._parameters)
         self._manual_speed = float(self._parameters["MPC_VEL_MANUAL"])
 
+    def begin(self) -> None:
+        """Be as one that PX4 has made anew."""
+        super().begin()
+        self._horizontal.begin()
+
     def activate(self, last: TrajectorySetpoint) -> None:
         """Go on from the last setpoint."""
         super().activate(last)

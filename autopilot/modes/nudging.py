@@ -81,6 +81,7 @@ class LandNudge:
 
     def forget(self) -> None:
         """An AUTO mode is entered: how fast sticks moved the landing of another time is forgotten."""
+        self._horizontal.begin()
         self._horizontal.reset((0.0, 0.0), (0.0, 0.0))
 
     def begin(self, place: Horizontal) -> None:

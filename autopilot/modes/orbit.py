@@ -7,6 +7,7 @@ vehicle stays where it is.
 """
 
 import math
+from typing import ClassVar
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Say, SendEvent
@@ -43,6 +44,8 @@ COMMAND_COUNTS_US = 200_000
 
 class Orbit(ManualAltitude):
     """The flight task of ORBIT."""
+
+    NEEDS_STICKS: ClassVar[bool] = False
 
     def __init__(self, topics: Topics, parameters: Parameters, say: Say, send: SendEvent) -> None:
         self._say = say
@@ -122,7 +125,7 @@ class Orbit(ManualAltitude):
         if self._approaching and self._is_on_circle():
             self._approaching = False
             self._slewed = 0.0
-            self._climb.reset(*(_or(a, b) for a, b in zip(_vertical_of(flown), self._vertical_state(), strict=True)))
+            self._climb.go_on(*(_or(a, b) for a, b in zip(_vertical_of(flown), self._vertical_state(), strict=True)))
         self._flown = self._approach(now_us, dt_s) if self._approaching else self._circle(now_us, dt_s, sticks)
         self._publish(now_us)
         return self._flown, self._constraints(sticks)

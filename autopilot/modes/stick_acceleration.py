@@ -46,10 +46,14 @@ class StickAcceleration:
         self._acceleration, self._jerk = float(value["MPC_ACC_HOR"]), float(value["MPC_JERK_MAX"])
         self._collision_prevention.refresh(value)
 
+    def begin(self) -> None:
+        """Be as one that PX4 has made anew."""
+        self._brake_boost, self._fastest = 1.0, self._speed
+
     def reset(self, velocity: Horizontal, acceleration: Horizontal) -> None:
         """Go on from there."""
         self.position, self.velocity, self.acceleration = (NAN, NAN), velocity, (0.0, 0.0)
-        self._slewed, self._brake_boost, self._fastest = acceleration, 1.0, self._speed
+        self._slewed = acceleration
 
     def move(self, delta: Horizontal) -> None:
         """The estimator's position has jumped by so much."""

@@ -48,6 +48,7 @@ class Follower:
         self.topics.vehicle_status = VehicleStatus(armed=True, nav_state=nav_state)
         self.topics.takeoff_status = TakeoffStatus(state=TakeoffState.FLIGHT)
         self.topics.vehicle_land_detected = VehicleLandDetected(landed=False)
+        self.topics.manual_control_setpoint = ManualControlSetpoint(valid=True)
         self.place(0.0, 0.0, up)
 
     def place(self, north: float, east: float, up: float, heading: float = 0.0) -> None:

@@ -23,6 +23,7 @@ from tests.unit.modes_follower import STEP_S, Follower, move, stick_flight
 def test_a_stick_has_a_dead_zone_a_curve_and_its_full_range() -> None:
     assert expo_deadzone(0.1, 0.1) == 0.0
     assert expo_deadzone(-1.0, 0.1) == pytest.approx(-1.0)
+    assert expo_deadzone(-1.0, 1.0) == pytest.approx(-1.0), "never the whole way, whatever MAN_DEADZONE says"
     assert expo_deadzone(0.5, 0.1) == pytest.approx(0.2304, abs=1e-3)
 
 
