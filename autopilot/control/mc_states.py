@@ -105,6 +105,10 @@ class LastSetpoint:
         self._told = self.value = TrajectorySetpoint()
         self._resets = (0, 0, 0, 0, 0)
 
+    def replace(self, value: TrajectorySetpoint) -> None:
+        """Until the next comes it is this."""
+        self.value = value
+
     def update(self, told: TrajectorySetpoint, local: VehicleLocalPosition) -> None:
         """One more step, with the setpoint that came last; in every mode, so that no old jump moves a new setpoint."""
         if told is not self._told:
@@ -119,7 +123,7 @@ class LastSetpoint:
         if resets != self._resets:
             place, height, speed, climb, turn = (new != old for new, old in zip(resets, self._resets, strict=True))
             self._resets = resets
-            if 0 < told.timestamp < local.timestamp:
+            if 0 < self.value.timestamp < local.timestamp:
                 (x, y, z), (vx, vy, vz) = self.value.position, self.value.velocity
                 if place:
                     x, y = x + local.delta_xy[0], y + local.delta_xy[1]

@@ -96,6 +96,8 @@ class MulticopterControl:
         self._reference_us = self._heading_resets = 0
         """When the setpoint was that it followed last."""
         self._valid = TrajectorySetpoint()
+        self._controls_position, self._begun_us = False, 0
+        """Whether it does, and since when it has done so, or not."""
         """The last setpoint that could be flown."""
         self._position_us = self._rate_us = 0
         self._tilt_limit = 0.0
@@ -220,6 +222,10 @@ class MulticopterControl:
         if armed and (not controls_position or self._is_thrown):
             takeoff.state = TakeoffState.FLIGHT
         flying = takeoff.state >= TakeoffState.FLIGHT
+        if controls_position != self._controls_position:
+            self._controls_position, self._begun_us = controls_position, now_us
+            if not controls_position:
+                self._setpoint.replace(TrajectorySetpoint())
         if controls_position:
             self._slew_tilt_limit(self._tilt_air if flying else self._tilt_land, dt)
         if topics.takeoff_status[1:] != (takeoff.state, self._tilt_limit):
@@ -248,11 +254,15 @@ class MulticopterControl:
         topics, control, takeoff = self._topics, self._position, self._takeoff
         setpoint, constraints = self._setpoint.value, topics.vehicle_constraints
         local = topics.vehicle_local_position
+        if setpoint.timestamp < self._begun_us:  # nobody has asked for anything since: wait, and warn of nothing
+            setpoint = failsafe_setpoint(states, self._land_speed)._replace(timestamp=now_us)
+            self._setpoint.replace(setpoint)
         if takeoff.state == TakeoffState.RAMPUP and setpoint.velocity[2] == setpoint.velocity[2]:
             # what is fed forward does not lift it off before its ramp
             setpoint = setpoint._replace(acceleration=(*setpoint.acceleration[:2], NAN))
         if takeoff.state < TakeoffState.RAMPUP or touching:
-            setpoint = STAY_DOWN
+            setpoint = STAY_DOWN._replace(timestamp=now_us)
+            self._setpoint.replace(setpoint)
             control.reset_integral()
         speed_up, speed_down = constraints.speed_up, constraints.speed_down
         if not speed_up <= self._speed_up:
@@ -271,7 +281,7 @@ class MulticopterControl:
         vn, ve, vd = states.velocity
         states = states._replace(velocity=(vn, ve, climb_velocity(setpoint, local, vd, self._land_speed)))
         if complete(setpoint, states):
-            self._valid = setpoint._replace(timestamp=now_us)
+            self._valid = setpoint
         elif now_us < self._valid.timestamp + VALID_US and complete(self._valid, states):
             setpoint = self._valid
         else:

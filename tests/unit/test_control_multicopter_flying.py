@@ -270,6 +270,58 @@ def test_the_log_is_told_of_setpoints_that_cannot_be_flown(knows: tuple[bool, bo
     assert [said.line for said in flown.texts.lines] == [f"[mc_pos_control] {line}" for line in expected] * 2
 
 
+def step(flown: FlyingControl) -> None:
+    """8 ms in which nobody tells a setpoint."""
+    flown.now_us += 8000
+    local = flown.topics.vehicle_local_position
+    flown.topics.vehicle_local_position = local._replace(timestamp=flown.now_us, timestamp_sample=flown.now_us)
+    flown.control.update_position(flown.now_us)
+
+
+def test_until_somebody_asks_it_waits_and_the_log_says_nothing() -> None:
+    """From a mode that controls no position, before the new one's task has run (generateFailsafeSetpoint, warn)."""
+    flown = FlyingControl()
+    flown.fly(10)
+    flown.topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.STAB)
+    step(flown)
+    flown.topics.trajectory_setpoint = TrajectorySetpoint(flown.now_us)
+    step(flown)
+    flown.topics.vehicle_status = VehicleStatus(armed=True, nav_state=NavState.POSCTL)
+    for _ in range(3):
+        step(flown)
+    assert not flown.texts.lines
+    target = flown.topics.vehicle_local_position_setpoint
+    assert (target.vx, target.vy, target.vz) == (0.0, 0.0, 0.0)
+
+
+def test_a_setpoint_that_was_flown_is_flown_for_a_fifth_of_a_second_from_when_it_was_told() -> None:
+    flown = FlyingControl()
+    flown.now_us = 10_000_000
+    flown.fly(10)
+    told_us = flown.now_us
+    while flown.now_us < told_us + 160_000:
+        step(flown)
+    flown.topics.trajectory_setpoint = TrajectorySetpoint(flown.now_us)
+    step(flown)
+    assert not flown.texts.lines
+    while flown.now_us < told_us + 200_000:
+        step(flown)
+    assert next(said.line for said in flown.texts.lines) == "[mc_pos_control] invalid setpoints"
+
+
+def test_what_touched_the_ground_has_no_thrust_until_the_next_setpoint() -> None:
+    flown = FlyingControl()
+    flown.fly(100)
+    for contact in (True, False, False):
+        flown.topics.vehicle_land_detected = VehicleLandDetected(
+            landed=False, maybe_landed=False, ground_contact=contact
+        )
+        step(flown)
+        assert flown.topics.vehicle_attitude_setpoint.thrust_body[2] == pytest.approx(0.0, abs=0.2), contact
+    flown.fly(1)
+    assert flown.topics.vehicle_attitude_setpoint.thrust_body[2] < -0.3
+
+
 def test_a_setpoint_moves_along_where_the_estimate_jumps_until_the_next_one_comes() -> None:
     """MulticopterPositionControl::adjustSetpointForEKFResets: whoever flies OFFBOARD learns of it late."""
     flown, told = FlyingControl(), TrajectorySetpoint(8000, (3.0, 0.0, -5.0), (0.1, 0.0, 0.2), yaw=3.0)
