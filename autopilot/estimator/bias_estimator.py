@@ -9,6 +9,8 @@ from typing import Final, NamedTuple
 
 GATE: Final = 3.0
 VARIANCE_MIN: Final = 1e-8
+POSITION_VARIANCE: Final = 0.1
+"""With which PositionBiasEstimator's begin, m²; those of heights begin with 0 (bias_estimator.hpp)."""
 MONITORING_S: Final = 10.0
 BOOST: Final = 1e3
 OFFSET_RATIO: Final = 0.2
@@ -28,8 +30,9 @@ class BiasStatus(NamedTuple):
 class BiasEstimator:
     """`bias` and `variance`; `active`: the sensor aids, and another one is the reference."""
 
-    def __init__(self) -> None:
-        self.bias = self.variance = 0.0
+    def __init__(self, variance: float = 0.0) -> None:
+        """`variance`: until it is reset for the first time."""
+        self.bias, self.variance = 0.0, variance
         self._variance_max = 2.0
         self._ratio = self._since_positive_s = self._since_negative_s = 0.0
         self.status = BiasStatus()

@@ -32,6 +32,9 @@ DRIVING: Final = 15
 FLOOR: Final = np.array([1e-9] * 3 + [1e-6] * 6 + [1e-9] * 6 + [0.0] * 9)
 CEILING: Final = np.array([1.0] * 3 + [1e6] * 6 + [1.0] * 12 + [1e6] * 2 + [1e4])
 """PX4's limits of variances (constrainStateVariances)."""
+LEAST_MAG: Final = 1e-6
+"""kMagVarianceMin."""
+LEAST_WIND: Final = 1e-6
 
 
 def transition() -> Matrix:
@@ -95,6 +98,10 @@ def variances(p: Matrix) -> Matrix:
     return p.reshape(-1)[:: STATES + 1]
 
 
-def raise_to_floor(diagonal: Matrix) -> None:
-    """Keep the variances from vanishing."""
+def raise_to_floor(diagonal: Matrix, *, mag: bool, wind: bool) -> None:
+    """Keep the variances from vanishing; those of the magnetic field and of wind while they are estimated."""
     np.maximum(diagonal, FLOOR, out=diagonal)
+    if mag:
+        np.maximum(diagonal[MAG_I:WIND], LEAST_MAG, out=diagonal[MAG_I:WIND])
+    if wind:
+        np.maximum(diagonal[WIND:TERRAIN], LEAST_WIND, out=diagonal[WIND:TERRAIN])

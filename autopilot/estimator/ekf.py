@@ -13,7 +13,7 @@ import numpy as np
 
 from sitl_emu.autopilot.estimator import covariance as cov
 from sitl_emu.autopilot.estimator.aid_source import AidSource
-from sitl_emu.autopilot.estimator.bias_estimator import BiasEstimator
+from sitl_emu.autopilot.estimator.bias_estimator import POSITION_VARIANCE, BiasEstimator
 from sitl_emu.autopilot.estimator.flags import ControlStatus, FaultStatus
 from sitl_emu.autopilot.estimator.imu_down_sampler import ImuDownSampler
 from sitl_emu.autopilot.estimator.output_predictor import OutputPredictor
@@ -108,7 +108,7 @@ class Ekf:
         self.ne_vision_pos = self.ne_vision_vel = False
         """Vision's position gives north, and so does its velocity: each in NED."""
         self.baro_bias, self.gnss_hgt_bias, self.ev_hgt_bias = BiasEstimator(), BiasEstimator(), BiasEstimator()
-        self.ev_pos_bias = (BiasEstimator(), BiasEstimator())
+        self.ev_pos_bias = (BiasEstimator(POSITION_VARIANCE), BiasEstimator(POSITION_VARIANCE))
         self.on_yaw_change: Quaternion | None = None
         self.sens_en = 0
         """Sensors that are on, by the bits of EKF2_SENS_EN; MAV_CMD_ESTIMATOR_SENSOR_ENABLE switches them."""
@@ -265,7 +265,7 @@ class Ekf:
         return (density * (1.0 + WIND_NOISE_WITH_CLIMB * abs(self._climb_rate))) ** 2
 
     def _constrain_variances(self) -> None:
-        cov.raise_to_floor(self._variances)
+        cov.raise_to_floor(self._variances, mag=self.flags.mag, wind=self.flags.wind)
         if not self.flags.heading_observable:
             heading = min(float(self.p[cov.YAW, cov.YAW]), self.settings["EKF2_HEAD_NOISE"] ** 2)
             cov.uncorrelate(self.p, cov.YAW, (heading,))

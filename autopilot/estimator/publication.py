@@ -104,6 +104,7 @@ class Publication:
             self._spread_us = now_us + SPREAD_EVERY_US
             p = ekf.p
             self._spread = (*self.accuracies(), float(p[2, 2]), ekf.tilt_variance(), ekf.hagl_variance())
+            self._topics.odometry_variances = tuple(p.diagonal()[: cov.GYRO_BIAS].tolist())
             self._limited_to = self._limits()
         eph, epv, evh, evv, heading_var, tilt_var, hagl_var = self._spread
         hagl_m = max(ekf.state.terrain - down, 0.0)

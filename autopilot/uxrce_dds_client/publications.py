@@ -66,16 +66,12 @@ def from_row(name: str, row: Row) -> Row:
 
 
 def _odometry(topics: Topics) -> Row:
-    """Pose and velocity in NED, with the body's rates (PX4: EKF2::PublishOdometry).
-
-    The attitude's variances are the filter's own, as it told them last: twice a second, where PX4's are of the moment.
-    """
+    """Pose and velocity in NED, with the body's rates (PX4: EKF2::PublishOdometry)."""
     write = cdr.Packer("VehicleOdometry")
 
     def pack(here: VehicleLocalPosition) -> bytes:
         attitude = topics.vehicle_attitude
-        north_east, down = 0.5 * here.eph * here.eph, here.epv * here.epv
-        velocity_ne, velocity_d = 0.5 * here.evh * here.evh, here.evv * here.evv
+        variances = topics.odometry_variances
         resets = here.xy_reset_counter + here.z_reset_counter + here.vxy_reset_counter + here.vz_reset_counter
         return write.pack(
             here.timestamp,
@@ -86,9 +82,9 @@ def _odometry(topics: Topics) -> Row:
             FRAME_NED,
             *(here.vx, here.vy, here.vz),
             *topics.vehicle_angular_velocity.xyz,
-            *(north_east, north_east, down),
-            *variances_about_body(attitude.q, topics.estimator_states.covariances[:3]),
-            *(velocity_ne, velocity_ne, velocity_d),
+            *variances[6:],
+            *variances_about_body(attitude.q, variances[:3]),
+            *variances[3:6],
             (resets + attitude.quat_reset_counter) & 255,
             0,
         )

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from sitl_emu.autopilot.estimator import covariance as cov
@@ -405,6 +406,42 @@ def test_without_the_place_the_saved_declination_counts() -> None:
     turned = math.radians(13.4) - DECLINATION
     assert feed.topics.vehicle_local_position.heading == pytest.approx(0.7 + turned, abs=0.03)
     assert feed.parameters["EKF2_MAG_DECL"] == pytest.approx(13.4)
+
+
+def test_no_declination_that_is_known_turns_no_heading() -> None:
+    """Nothing is fused then, for the field alone (mag_control.cpp, fuseDeclination's defaults)."""
+    feed = Feed()
+    feed.gps = False
+    feed.run(6.0)
+    ekf, mag = feed.estimator.ekf, feed.estimator.fusion.magnetometer
+    ekf.apply()
+    heading = ekf.state.q
+    mag._fuse_declination(all_states=True, tilt=True)
+    ekf.apply()
+    assert ekf.state.q == heading
+    feed.parameters.set("EKF2_MAG_DECL", 13.4)
+    feed.run(0.5)
+    ekf.apply()
+    heading = ekf.state.q
+    mag._fuse_declination(all_states=True, tilt=True)
+    ekf.apply()
+    assert ekf.state.q != heading
+
+
+def test_odometry_s_variances_are_the_filter_s() -> None:
+    feed = Feed()
+    feed.run(6.0)
+    told, own = feed.topics.odometry_variances, feed.estimator.ekf.p.diagonal()[:9].tolist()
+    assert told == pytest.approx(own, rel=0.1)
+
+
+def test_the_field_is_never_better_known_than_a_milligauss() -> None:
+    """kMagVarianceMin, while the compass is fused."""
+    p = np.zeros((cov.STATES, cov.STATES))
+    cov.raise_to_floor(cov.variances(p), mag=False, wind=False)
+    assert p[cov.MAG_I, cov.MAG_I] == p[cov.WIND, cov.WIND] == 0.0
+    cov.raise_to_floor(cov.variances(p), mag=True, wind=True)
+    assert p.diagonal()[cov.MAG_I : cov.TERRAIN].tolist() == [1e-6] * 8
 
 
 def test_height_does_not_drift_before_arming() -> None:

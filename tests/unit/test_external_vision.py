@@ -202,6 +202,26 @@ def test_height_by_vision() -> None:
     assert feed.topics.vehicle_local_position.z == pytest.approx(z - 100.0, abs=0.3)
 
 
+def test_a_height_by_vision_alone_that_jumps_takes_the_origin_s_height_off_twice() -> None:
+    """PX4's sign of the bias, which holds the origin's height from then on (ev_height_control.cpp)."""
+    feed = Seen(**WITHOUT_GPS, EKF2_HGT_REF=3, EKF2_BARO_CTRL=0)
+    feed.run(10.0)
+    move_origin(feed.estimator.ekf, 47.0, 8.0, 480.0)
+    feed.run(1.0)
+    before = feed.topics.vehicle_local_position
+    feed.offset = (0.0, 0.0, -20.0)
+    feed.run(10.0)
+    after = feed.topics.vehicle_local_position
+    assert after.z_reset_counter > before.z_reset_counter
+    assert after.z - before.z == pytest.approx(960.0 - 20.0, abs=5.0)
+
+
+def test_a_bias_of_positions_is_not_known_at_first() -> None:
+    """BiasEstimator's _state_var, until it is reset for the first time; that of a height is (HeightBiasEstimator)."""
+    ekf = Seen(**WITHOUT_GPS).estimator.ekf
+    assert [bias.variance for bias in (*ekf.ev_pos_bias, ekf.ev_hgt_bias)] == [0.1, 0.1, 0.0]
+
+
 def test_too_low_a_quality_is_refused() -> None:
     feed = Seen(**WITHOUT_GPS, EKF2_EV_QMIN=50)
     feed.quality = 10

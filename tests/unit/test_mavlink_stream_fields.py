@@ -8,7 +8,6 @@ import pytest
 from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     ActuatorOutputs,
-    EstimatorStates,
     FailsafeFlags,
     GeofenceResult,
     GroundTruth,
@@ -173,15 +172,14 @@ def test_odometry_tells_the_variances_of_its_filter_and_0_for_what_couples_them(
     peer.fly()
     topics = peer.topics
     topics.vehicle_attitude = topics.vehicle_attitude._replace(q=(1.0, 0.0, 0.0, 0.0), quat_reset_counter=16)
-    topics.estimator_states = EstimatorStates(covariances=(1e-4, 2e-4, 4e-4, *(0.0,) * 21))
+    topics.odometry_variances = (1e-4, 2e-4, 4e-4, 0.02, 0.03, 0.25, 2.0, 3.0, 9.0)
     topics.vehicle_local_position = topics.vehicle_local_position._replace(
-        eph=2.0, epv=3.0, evh=0.2, evv=0.5, xy_reset_counter=1, z_reset_counter=2, vxy_reset_counter=4,
-        vz_reset_counter=8, timestamp_sample=900,
-    )  # fmt: skip
+        xy_reset_counter=1, z_reset_counter=2, vxy_reset_counter=4, vz_reset_counter=8, timestamp_sample=900
+    )
     told = only(peer.send(command_long(REQUEST_MESSAGE, 331)), "ODOMETRY")[0]
     pose, velocity = [0.0] * 21, [0.0] * 21
-    pose[0], pose[6], pose[11], pose[15], pose[18], pose[20] = 2.0, 2.0, 9.0, 1e-4, 2e-4, 4e-4
-    velocity[0], velocity[6], velocity[11] = 0.02, 0.02, 0.25
+    pose[0], pose[6], pose[11], pose[15], pose[18], pose[20] = 2.0, 3.0, 9.0, 1e-4, 2e-4, 4e-4
+    velocity[0], velocity[6], velocity[11] = 0.02, 0.03, 0.25
     assert told.pose_covariance == pytest.approx(pose)
     assert told.velocity_covariance == pytest.approx(velocity)
     assert (told.reset_counter, told.time_usec, told.quality) == (31, 900, 0)

@@ -85,9 +85,9 @@ class VisionHeight:
         else:
             aid.innovation_rejected = True
         if ekf.height_reset_required() and good and ekf.height_reference == EV:
-            # All height sources are failing.
+            # All height sources are failing. The bias' sign is PX4's, which is wrong (ev_height_control.cpp).
             ekf.events.add("reset_hgt_to_ev")
-            reset_altitude(ekf, bias.bias - down, variance)
+            reset_altitude(ekf, -down - bias.bias, variance)
             bias.bias = down + ekf.state.alt
             aid.time_last_fuse = ekf.time_us
         elif ekf.timed_out(aid.time_last_fuse, HEIGHT_FUSION_TIMEOUT_US):

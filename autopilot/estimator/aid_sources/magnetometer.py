@@ -199,14 +199,14 @@ class Magnetometer:
         ekf, value = self._ekf, self._ekf.settings
         if ekf.flags.mag_aligned_in_flight:
             return math.atan2(ekf.state.mag_i[1], ekf.state.mag_i[0])
-        return self._known_declination(int(value["EKF2_DECL_TYPE"]), value["EKF2_MAG_DECL"])
+        return self._known_declination(int(value["EKF2_DECL_TYPE"]), value["EKF2_MAG_DECL"]) or 0.0
 
-    def _known_declination(self, kind: int, saved_deg: float) -> float:
+    def _known_declination(self, kind: int, saved_deg: float) -> float | None:
         if kind & USE_GEO_DECL and math.isfinite(self.declination_rad):
             return self.declination_rad
-        if kind & SAVE_GEO_DECL and math.isfinite(saved_deg):
+        if kind & SAVE_GEO_DECL and math.isfinite(saved_deg) and saved_deg:
             return math.radians(saved_deg)
-        return 0.0
+        return None
 
     # --- checks --------------------------------------------------------------------------------------------
 
@@ -371,6 +371,8 @@ class Magnetometer:
         h[cov.MAG_I], h[cov.MAG_I + 1] = -y / squared, x / squared
         ph, innovation_variance = ekf.innovation_variance(h, DECLINATION_VARIANCE)
         declination = self._known_declination(int(value["EKF2_DECL_TYPE"]), value["EKF2_MAG_DECL"])
+        if declination is None:  # none is better than nothing, for the field alone (mag_control.cpp)
+            declination, all_states, tilt = 0.0, False, False
         gain = _masked(ph / innovation_variance, all_states=all_states, tilt=tilt)
         ekf.fuse_by(gain, ph, wrap_pi(math.atan2(y, x) - declination), innovation_variance)
 

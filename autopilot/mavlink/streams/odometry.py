@@ -20,10 +20,7 @@ def stamp(now_us: int, context: Context) -> int:
 
 
 def fields(now_us: int, context: Context) -> Fields | None:
-    """Covariances (upper triangles of 6 x 6) carry the diagonal alone, 0 elsewhere and for the rates.
-
-    The attitude's variances are the filter's own as it told them last, twice a second.
-    """
+    """Covariances (upper triangles of 6 x 6) carry the filter's diagonal alone, 0 elsewhere and for the rates."""
     topics = context.topics
     local = topics.vehicle_local_position
     if local.timestamp == 0:
@@ -31,10 +28,9 @@ def fields(now_us: int, context: Context) -> Fields | None:
     attitude = topics.vehicle_attitude
     w, x, y, z = attitude.q
     p, q, r = topics.vehicle_angular_velocity.xyz
-    of_attitude = variances_about_body(attitude.q, topics.estimator_states.covariances[:3])
-    north_east, velocity_ne = 0.5 * local.eph * local.eph, 0.5 * local.evh * local.evh
-    position = diagonal((north_east, north_east, local.epv * local.epv, *of_attitude))
-    velocity = diagonal((velocity_ne, velocity_ne, local.evv * local.evv, *RATES))
+    variances = topics.odometry_variances
+    position = diagonal((*variances[6:], *variances_about_body(attitude.q, variances[:3])))
+    velocity = diagonal((*variances[3:6], *RATES))
     resets = local.xy_reset_counter + local.z_reset_counter + local.vxy_reset_counter + local.vz_reset_counter
     return (
         local.timestamp_sample,
