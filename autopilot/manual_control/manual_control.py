@@ -211,7 +211,9 @@ class ManualControl:
         chosen, before = self._chosen, self._topics.manual_control_setpoint
         sticks = (chosen.roll, chosen.pitch, chosen.yaw, chosen.throttle)
         if self._watch_gestures(now_us, *sticks):
+            # Until the next sample comes that is what was sampled, and no gesture (ManualControl::processInput).
             sticks = AT_REST
+            self._chosen = chosen._replace(roll=0.0, pitch=0.0, yaw=0.0, throttle=-1.0)
         dt_s, limit = (now_us - before.timestamp) * 1e-6, self._override_speed
         moving = limit >= 0.0 and any(
             speed.exceeds(limit, value, dt_s) for speed, value in zip(self._speeds, sticks, strict=True)

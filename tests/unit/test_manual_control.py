@@ -355,6 +355,19 @@ def test_a_slot_may_be_any_mode_that_px4_has_a_number_for(value: int, mode: NavS
     assert pilot.mode is mode
 
 
+@pytest.mark.parametrize("trembles", [True, False])
+def test_who_holds_the_sticks_in_the_corners_kills_unless_they_are_perfectly_still(trembles: bool) -> None:
+    """Unmoved channels come three times a second, and a run between two finds the sticks put to rest, as in PX4."""
+    pilot = Pilot(**RC, MAN_KILL_GEST_T=1.0)
+    pilot.channels = [MIDDLE, MIDDLE, MIDDLE, MIDDLE]
+    pilot.run(1.0)
+    for step in range(100):
+        pilot.channels = [HIGH, LOW, LOW + (step % 2 if trembles else 0), LOW]
+        pilot.step()
+    assert pilot.topics.actuator_armed.kill is trembles
+    assert (pilot.sticks.roll, pilot.sticks.throttle) == (0.0, -1.0), "what is flown meanwhile"
+
+
 def test_switches_ask_for_nothing_while_they_are_calibrated() -> None:
     pilot = Pilot(**RC, **SWITCHES, **MODES)
     pilot.channels = [MIDDLE, MIDDLE, LOW, MIDDLE, LOW, LOW, LOW, LOW]
