@@ -112,8 +112,12 @@ class Camera:
     # --- commands -------------------------------------------------------------------------------------------
 
     def take_image(self) -> Command:
-        """One image; sent twice, it is still one."""
-        self._sequence += 1
+        """One image; sent twice, it is still one.
+
+        Numbers go on from how many images there are: a camera may take the first of this run for the last one's.
+        """
+        taken = 0 if self.capture_status is None else self.capture_status.image_count
+        self._sequence = max(self._sequence, taken) + 1
         return self._command(IMAGE_START_CAPTURE, 0, 0, 1, self._sequence)
 
     def take_images(self, interval_s: float, count: int = 0) -> Command:

@@ -33,6 +33,8 @@ class Command(NamedTuple):
     source_component: int
     addressed: bool
     """Sent to this very component, and not to all of them."""
+    confirmation: int = 0
+    """How often it was sent before, where who sends it counts: MAVSDK does not, and COMMAND_INT can't."""
 
     def whole(self, index: int) -> int:
         """Parameter `index` (1 to 4) as a whole number; 0 for one that is not given."""
@@ -108,6 +110,7 @@ class Component:
             message.get_srcSystem(),
             message.get_srcComponent(),
             message.target_component == self.component_id,
+            message.confirmation if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_LONG else 0,
         )
 
     def acknowledge(self, command: Command, result: int) -> None:

@@ -2,9 +2,10 @@
 
 https://mavlink.io/en/services/camera.html#still-image-capture (IMAGE_START_CAPTURE, IMAGE_STOP_CAPTURE). An image is
 its CAMERA_IMAGE_CAPTURED record. From the shutter on it waits for its geotag, and then, where somebody draws pictures
-(`card`), for its file. A command that is repeated with the same sequence number takes no second image. Nothing is sent
-or asked here: the camera asks where it is once the shutter has opened, and sends the records that it is given. Times
-are simulated, in µs.
+(`card`), for its file. A command that is sent again, since its ack was lost, takes no second image: its sequence number
+tells, as long as it can be one that is sent again, as a client's next run counts from 1 anew. Nothing is sent or asked
+here: the camera asks where it is once the shutter has opened, and sends the records that it is given. Times are
+simulated, in µs.
 """
 
 import math
@@ -23,6 +24,10 @@ KEPT_RECORDS = 1000
 """Of the newest images, for who asks again (MAV_CMD_REQUEST_MESSAGE with their index)."""
 GEOTAG_LIMIT_US = 200_000
 """An autopilot that has not answered by then gives no geotag."""
+SENT_AGAIN_US = 1_750_000
+"""A number that comes later after itself is that of another image. MAVSDK, which does not count `confirmation` up,
+sends a command again three times, 0.5 s apart (mavlink_command_sender.hpp: DEFAULT_RETRIES, timeout_s); 0.25 s for the
+way are ours. Who counts may take his time."""
 
 
 class PictureFiles(Protocol):
@@ -49,6 +54,8 @@ class ImageCapture:
         self._ready_us = 0
         self._last_numbered = (0, 0, 0)
         """Who asked for the last numbered image, and its number."""
+        self._numbered_us = 0
+        """When that was heard last."""
         self._opened_us = NEVER_US
         """When the shutter opened for the image that waits for its geotag."""
         self._exposed = 0
@@ -98,7 +105,8 @@ class ImageCapture:
         if count < 0 or interval_s < 0.0:
             return mavlink.MAV_RESULT_DENIED
         numbered = (command.source_system, command.source_component, sequence if count == 1 else 0)
-        if numbered[2] > 0 and numbered == self._last_numbered:
+        if self._is_sent_again(now_us, numbered, command.confirmation):
+            self._numbered_us = now_us
             return mavlink.MAV_RESULT_ACCEPTED
         if self.goes_on or self.waits_for_geotag or (count == 1 and now_us < self._ready_us):
             return mavlink.MAV_RESULT_TEMPORARILY_REJECTED
@@ -106,10 +114,15 @@ class ImageCapture:
             return mavlink.MAV_RESULT_FAILED
         if count != 1:
             self.interval_s = max(interval_s, self._data.interval_min_s)
-        self._last_numbered = numbered
+        self._last_numbered, self._numbered_us = numbered, now_us
         self._left = count or None
         self._next_us = max(now_us, self._ready_us)
         return mavlink.MAV_RESULT_ACCEPTED
+
+    def _is_sent_again(self, now_us: int, numbered: tuple[int, int, int], confirmation: int) -> bool:
+        """Whether this is the command that took the last numbered image: who asked, and the number (0: none)."""
+        again = confirmation > 0 or now_us - self._numbered_us <= SENT_AGAIN_US
+        return numbered[2] > 0 and numbered == self._last_numbered and again
 
     def stop(self) -> None:
         """No more images; the one in the making will be there."""

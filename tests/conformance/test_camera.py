@@ -20,10 +20,10 @@ AT_INTERVAL = 2
 pytestmark = pytest.mark.covers("MAV_CMD_REQUEST_MESSAGE", source=PAGE)
 
 
-def ask(station: Any, number: int, *params: float, answer: str = "") -> tuple[int | None, Any]:
+def ask(station: Any, number: int, *params: float, answer: str = "", confirmation: int = 0) -> tuple[int | None, Any]:
     """The result of a command to the camera, and a message that it sends because of it."""
     padded = params + (0.0,) * (7 - len(params))
-    station.mav.command_long_send(station.system, CAMERA, number, 0, *padded)
+    station.mav.command_long_send(station.system, CAMERA, number, confirmation, *padded)
     result = message = None
     end_s = time.monotonic() + 3.0
     while (result is None or (answer and message is None)) and time.monotonic() < end_s:
@@ -111,8 +111,8 @@ def test_an_image_is_announced_counted_and_can_be_asked_for_again(station: Any, 
     assert (image.capture_result, image.image_index) == (1, before)
     assert capture_status(station).image_count == before + 1
     assert ask(station, REQUEST_MESSAGE, CAMERA_IMAGE_CAPTURED, before, answer="CAMERA_IMAGE_CAPTURED")[1] is not None
-    # A command that was lost on its way back is sent again with its sequence number: no second image
-    assert ask(station, IMAGE_START_CAPTURE, 0, 0, 1, sequence)[0] == ACCEPTED
+    # A command whose ack was lost is sent again with its sequence number: no second image
+    assert ask(station, IMAGE_START_CAPTURE, 0, 0, 1, sequence, confirmation=1)[0] == ACCEPTED
     assert station.receive("CAMERA_IMAGE_CAPTURED", 1.5) is None
     assert capture_status(station).image_count == before + 1
 

@@ -77,6 +77,16 @@ def test_an_image_is_taken_once_though_its_ack_is_lost() -> None:
     assert sorted(camera.images) == [0, 1]
 
 
+def test_a_companion_that_starts_again_takes_another_image_at_once() -> None:
+    rig = Rig()
+    for count in (1, 2):
+        camera = introduced(rig)
+        assert do(rig, camera, camera.take_image()) == "accepted"
+        camera.refresh()
+        converse(rig, camera, 0.3)
+        assert camera.capture_status.image_count == count
+
+
 def test_an_announcement_that_was_lost_is_asked_for() -> None:
     rig = Rig()
     camera = introduced(rig)
