@@ -29,6 +29,8 @@ BURST_NUMBERS = 256
 WORTH_A_BURST = 4
 """Fewer missing pieces in a row are read one by one."""
 NO_ANSWER = "no answer"
+NO_PROGRESS = "no more of it comes"
+"""The error of a file that has become shorter than it was when it was opened."""
 ERRORS = {
     1: "failed",
     2: "failed",
@@ -199,7 +201,10 @@ class FtpList(Transfer):
 
 
 class FtpGet(Transfer):
-    """A file's `content`, once it is done without an error."""
+    """A file's `content` as long as it was when it was opened, once it is done without an error.
+
+    What is written to it meanwhile, as to the log of a vehicle that is not switched off, is left.
+    """
 
     def __init__(self, target_system: int, path: str, target_component: int = 1) -> None:
         super().__init__(target_system, path, target_component)
@@ -212,13 +217,19 @@ class FtpGet(Transfer):
         self.size = size = SIZE.unpack_from(opened.data)[0]
         content = bytearray(size)
         missing = set(range(-(-size // DATA_BYTES)))
+        in_vain = 0
         while missing:
-            first = min(missing)
+            if in_vain == TRIES:
+                self.error = NO_PROGRESS
+                return
+            first, before = min(missing), len(missing)
             if missing.issuperset(range(first, first + WORTH_A_BURST)):
                 yield from self._burst(first, content, missing)
             else:
-                reply = yield from self._ask(READ, offset=first * DATA_BYTES, size=DATA_BYTES)
+                offset = first * DATA_BYTES
+                reply = yield from self._ask(READ, offset=offset, size=min(DATA_BYTES, size - offset))
                 put_piece(reply, content, missing)
+            in_vain = in_vain + 1 if len(missing) == before else 0
         yield from self._ask(TERMINATE)
         self.content = bytes(content)
 
@@ -309,8 +320,8 @@ def entry_of(line: bytes) -> Entry | None:
 
 
 def put_piece(reply: Reply, content: bytearray, missing: set[int]) -> None:
-    """Lay a piece of a file where it belongs; one that is cut short stays missing."""
+    """Lay a piece of a file where it belongs; one that is cut short stays missing, and what is too much is left."""
     end = min(reply.offset + DATA_BYTES, len(content))
-    if reply.offset % DATA_BYTES == 0 and reply.offset + len(reply.data) == end:
-        content[reply.offset : end] = reply.data
+    if reply.offset % DATA_BYTES == 0 and reply.offset < end <= reply.offset + len(reply.data):
+        content[reply.offset : end] = reply.data[: end - reply.offset]
         missing.discard(reply.offset // DATA_BYTES)

@@ -72,6 +72,38 @@ def test_without_loss_a_file_comes_in_bursts(server: Server, tmp_path: Path) -> 
     assert talk(ftp.FtpGet(1, "file"), server) < 0.15
 
 
+class Changing(Server):
+    """Its file has another size by the time it has been opened."""
+
+    def __init__(self, root: Path, size: int) -> None:
+        super().__init__(root)
+        self.path, self.size = root / "file", size
+
+    def on_message(self, now_us: int, message: Any) -> list[Any]:
+        answers = super().on_message(now_us, message)
+        if bytes(message.payload)[3] == ftp.OPEN_RO:
+            os.truncate(self.path, self.size)
+        return answers
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+@pytest.mark.parametrize("size", [100, 239, 1000, 10_000])
+def test_a_file_that_grows_comes_as_it_was_when_it_was_opened(tmp_path: Path, size: int, share: float) -> None:
+    (tmp_path / "file").write_bytes(CONTENT[:size])
+    get = ftp.FtpGet(1, "file")
+    talk(get, Changing(tmp_path, 50_000), losing(share))
+    assert (get.error, get.content == CONTENT[:size]) == (None, True)
+
+
+@pytest.mark.parametrize("size", [0, 50])
+@pytest.mark.parametrize("opened", [100, 10_000])
+def test_a_file_that_became_shorter_is_given_up(tmp_path: Path, opened: int, size: int) -> None:
+    (tmp_path / "file").write_bytes(CONTENT[:opened])
+    get = ftp.FtpGet(1, "file")
+    assert talk(get, Changing(tmp_path, size)) < 10.0
+    assert (get.error, get.content) == ("no more of it comes", b"")
+
+
 @pytest.mark.parametrize("share", [0.0, 0.3])
 def test_a_long_folder_is_listed(server: Server, tmp_path: Path, share: float) -> None:
     names = [f"a_file_with_a_name_of_some_length_{number:03}" for number in range(60)]
