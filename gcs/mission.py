@@ -5,7 +5,8 @@ leads: it asks for every item, again after 0.25 s, and gives up after 5 s; we an
 nobody else would: MISSION_COUNT until the first request, and the last item until the ack (PX4 acknowledges that one
 again). In a download we lead: each request is repeated after 0.25 s. A transfer that the other side gave up, or that
 stood still for 6 s, begins anew from the start, `tries` times: with 30 % loss each way a one-item transfer still
-arrives. Items travel as MISSION_ITEM_INT only; partial lists are not supported (PX4 does not either).
+arrives. One that is refused since the other side is busy begins anew once that may have changed. Items travel as
+MISSION_ITEM_INT only; partial lists are not supported (PX4 does not either).
 """
 
 from collections.abc import Sequence
@@ -22,6 +23,10 @@ STALLED_US = 6_000_000
 TRIES = 5
 CLEAR_TRIES = 24
 """So many, COUNT_TIMEOUT_US apart, that it is still asked when PX4 has forgotten a transfer that nobody ended."""
+BUSY_US = (500_000, 2_000_000, STALLED_US)
+"""How long after each try that found the other side busy the next one begins; the last of them stays. Somebody's
+transfer takes a second or two; one that nobody ends is forgotten after 5 s, and PX4 counts those from the last
+MISSION_COUNT, also from ours (mavlink_mission.cpp: handle_mission_count), so that it must hear none for longer."""
 
 ACCEPTED = 0
 RESULTS = {
@@ -108,6 +113,14 @@ class _Transfer:
         self._heard_us = now_us
         return True
 
+    def _is_put_off(self, now_us: int, result: int) -> bool:
+        """Whether a refusal is for now: the next try begins in a while, and nothing is sent until then."""
+        if result not in TRANSIENT or self.tried >= self.tries:
+            return False
+        self._due_us = now_us + BUSY_US[min(self.tried, len(BUSY_US)) - 1]
+        self._heard_us = self._due_us - STALLED_US
+        return True
+
 
 class MissionUpload(_Transfer):
     """Uploads items; `outcome` when it was accepted, refused or given up, `progress` in 0..1."""
@@ -137,9 +150,10 @@ class MissionUpload(_Transfer):
             return []
         kind = msg.get_type()
         if kind in ("MISSION_REQUEST_INT", "MISSION_REQUEST"):
-            self._heard_us = now_us
-            if msg.seq >= len(self.items):
+            of_before = self._asked is None and msg.seq > 0  # in a transfer whose first items were others
+            if of_before or msg.seq >= len(self.items):
                 return []
+            self._heard_us = now_us
             self._asked = msg.seq
             self._due_us = now_us + COUNT_TIMEOUT_US
             return [self._item(msg.seq)]
@@ -147,10 +161,10 @@ class MissionUpload(_Transfer):
             last_asked = self._asked == len(self.items) - 1 or not self.items
             if msg.type == ACCEPTED and not last_asked:
                 return []  # an ack of an earlier transfer that came late
-            if msg.type in TRANSIENT and self.tried < self.tries:
-                self._heard_us = now_us - STALLED_US
-                return []
-            self.outcome = _outcome(msg.type)
+            if self._is_put_off(now_us, msg.type):
+                self._asked = None
+            else:
+                self.outcome = _outcome(msg.type)
         return []
 
     def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
@@ -212,9 +226,7 @@ class MissionDownload(_Transfer):
                 )
             )
         elif kind == "MISSION_ACK" and msg.type != ACCEPTED:
-            if msg.type in TRANSIENT and self.tried < self.tries:
-                self._heard_us = now_us - STALLED_US
-            else:
+            if not self._is_put_off(now_us, msg.type):
                 self.outcome = _outcome(msg.type)
             return []
         else:
