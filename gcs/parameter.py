@@ -2,7 +2,8 @@
 
 Source: https://mavlink.io/en/services/parameter.html and PX4 v1.18: integers travel as their 32 bits in the float field
 (`MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE`); PX4 first sends `_HASH_CHECK` with index 65535, then
-0..param_count-1. Holes of a list are asked for one by one, as QGroundControl does.
+0..param_count-1. Holes of a list are asked for one by one, as QGroundControl does. What can't be read or set is refused
+by PARAM_ERROR.
 """
 
 import struct
@@ -15,6 +16,17 @@ HOLES_AT_ONCE = 10
 NO_INDEX = 65535
 MAV_PARAM_TYPE_INT32 = 6
 MAV_PARAM_TYPE_REAL32 = 9
+ERRORS = {
+    1: "does not exist",
+    2: "value out of range",
+    3: "permission denied",
+    4: "component not found",
+    5: "read only",
+    6: "type unsupported",
+    7: "type mismatch",
+    8: "read failed",
+}
+"""MAV_PARAM_ERROR for people."""
 
 
 class Parameter(NamedTuple):
@@ -41,21 +53,34 @@ def wire_of(value: float | int, param_type: int) -> float:
 
 def parameter_of(msg: mavlink.MAVLink_message) -> Parameter:
     """The parameter in a PARAM_VALUE message."""
+    return Parameter(_name_in(msg), value_of(msg.param_value, msg.param_type), msg.param_type)
+
+
+def _name_in(msg: mavlink.MAVLink_message) -> str:
     raw = msg.param_id if isinstance(msg.param_id, str) else bytes(msg.param_id).decode("ascii", "replace")
-    return Parameter(raw.rstrip("\0"), value_of(msg.param_value, msg.param_type), msg.param_type)
+    return raw.rstrip("\0")
 
 
 class _ParameterQuestion(Question):
-    """What is answered by a PARAM_VALUE."""
+    """What is answered by a PARAM_VALUE; `target_component` 0 is any."""
 
     def _answer(self, msg: mavlink.MAVLink_message) -> Parameter | None:
-        """The parameter in a message, if it is a PARAM_VALUE of the autopilot that was asked."""
-        ours = not self.done and self._sent and msg.get_type() == "PARAM_VALUE"
-        return parameter_of(msg) if ours and msg.get_srcSystem() == self.target[0] else None
+        """The parameter in a message, if it is a PARAM_VALUE of the component that was asked."""
+        return parameter_of(msg) if self._is_from_target(msg, "PARAM_VALUE") else None
+
+    def _hear_refusal(self, msg: mavlink.MAVLink_message, name: str) -> None:
+        """Ends with a PARAM_ERROR about the parameter that was asked for by its name."""
+        if self._is_from_target(msg, "PARAM_ERROR") and _name_in(msg) == name:
+            self.refusal, self.done = ERRORS.get(msg.error, f"error {msg.error}"), True
+
+    def _is_from_target(self, msg: mavlink.MAVLink_message, kind: str) -> bool:
+        system, component = self.target
+        source = msg.get_srcSystem() == system and component in (0, msg.get_srcComponent())
+        return not self.done and self._sent > 0 and source and msg.get_type() == kind
 
 
 class ParameterRead(_ParameterQuestion):
-    """Reads one parameter by name; `parameter` is None if it ended without an answer."""
+    """Reads one parameter by name; `parameter` is None, and `refusal` says why, if it ended without one."""
 
     def __init__(self, target_system: int, name: str, target_component: int = 1) -> None:
         super().__init__(target_system, target_component)
@@ -63,7 +88,8 @@ class ParameterRead(_ParameterQuestion):
         self.parameter: Parameter | None = None
 
     def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
-        """Hears the PARAM_VALUE of that name."""
+        """Hears the PARAM_VALUE of that name, or that there is none."""
+        self._hear_refusal(msg, self.name)
         parameter = self._answer(msg)
         if parameter is not None and parameter.name == self.name:
             self.parameter, self.done = parameter, True
@@ -74,7 +100,10 @@ class ParameterRead(_ParameterQuestion):
 
 
 class ParameterSet(_ParameterQuestion):
-    """Sets one parameter; `accepted` is True when the autopilot answered with the value that was set."""
+    """Sets one parameter; `accepted` is True when the autopilot answered with the value that was set.
+
+    `refusal` says why not, where it did not answer with a value at all.
+    """
 
     def __init__(self, target_system: int, name: str, value: float | int, target_component: int = 1) -> None:
         """A Python int is sent as int32, a float as float."""
@@ -84,7 +113,8 @@ class ParameterSet(_ParameterQuestion):
         self.accepted = False
 
     def on_message(self, now_us: int, msg: mavlink.MAVLink_message) -> list[mavlink.MAVLink_message]:
-        """Hears the PARAM_VALUE that PX4 answers with."""
+        """Hears the PARAM_VALUE that PX4 answers with, or the PARAM_ERROR."""
+        self._hear_refusal(msg, self.name)
         parameter = self._answer(msg)
         if parameter is not None and parameter.name == self.name:
             values = (wire_of(parameter.value, parameter.type), wire_of(self.value, self.type))

@@ -12,6 +12,8 @@ class Question:
     def __init__(self, target_system: int, target_component: int = 1) -> None:
         self.target = (target_system, target_component)
         self.done = False
+        self.refusal = ""
+        """Why there is no answer, in words."""
         self._sent = 0
         self._due_us = 0
 
@@ -20,7 +22,7 @@ class Question:
         if self.done or (self._sent and now_us < self._due_us):
             return []
         if self._sent >= TRIES:
-            self.done = True
+            self.done, self.refusal = True, f"no answer to {TRIES} tries"
             return []
         self._sent += 1
         self._due_us = now_us + TIMEOUT_US

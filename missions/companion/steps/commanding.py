@@ -36,7 +36,8 @@ def parameter(onboard: Onboard, name: str, value: float) -> Script:
     """Until the autopilot has told that a parameter has a value."""
     asked = yield from onboard.do(AUTOPILOT_LINK, ParameterSet(onboard.system_id, name, value))
     if not asked.accepted:
-        raise StepFailed(f"parameter {name}: the autopilot does not take {value:g}")
+        why = f" ({asked.refusal})" if asked.refusal else ""
+        raise StepFailed(f"parameter {name}: the autopilot does not take {value:g}{why}")
 
 
 def upload(onboard: Onboard, items: Sequence[MissionItem], mission_type: int = MISSION) -> Script:
