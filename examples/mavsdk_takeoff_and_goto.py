@@ -12,6 +12,7 @@ import sys
 from mavsdk.asyncio import ComponentType, Configuration, Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
+from mavsdk.exceptions import MavsdkError
 
 
 async def main(url: str) -> None:
@@ -51,4 +52,7 @@ async def main(url: str) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(main(sys.argv[1] if len(sys.argv) > 1 else "udpin://0.0.0.0:14540"))
+    try:
+        asyncio.run(main(sys.argv[1] if len(sys.argv) > 1 else "udpin://0.0.0.0:14540"))
+    except MavsdkError as error:  # a refusal, with the name of what was refused
+        sys.exit(str(error))

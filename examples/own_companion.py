@@ -36,4 +36,6 @@ if __name__ == "__main__":
         status = fly(Scripted(up_and_down), sys.argv[1] if len(sys.argv) > 1 else "udpin:0.0.0.0:14540")
     except LinkError as error:
         sys.exit(str(error))
-    print("landed" if status.outcome == "success" else status.outcome)
+    if status.outcome != "success":
+        sys.exit(status.outcome)
+    print("landed")

@@ -1,6 +1,6 @@
 """The flight: up, look out, down. A script on simulated time; what it waits for, it waits for with `yield from`."""
 
-from sitl_emu.companion import AUTOPILOT_LINK, Onboard, ParameterSet, Script, set_mode, steps
+from sitl_emu.companion import Onboard, Script, set_mode, steps
 
 READY_S = CLIMB_S = 120.0
 
@@ -9,7 +9,7 @@ def look_out(onboard: Onboard, height_m: float, wait_s: float) -> Script:
     """Takes off to a height over the ground, stays there, lands where it stands."""
     yield from steps.heard(onboard)
     onboard.enter("getting ready", f"to look out from {height_m:g} m")
-    yield from onboard.do(AUTOPILOT_LINK, ParameterSet(onboard.system_id, "MIS_TAKEOFF_ALT", height_m))
+    yield from steps.parameter(onboard, "MIS_TAKEOFF_ALT", height_m)
     yield from steps.ready(onboard, READY_S)
     yield from steps.command(onboard, set_mode(onboard.system_id, "takeoff"), "mode takeoff")
     yield from steps.arm(onboard)
