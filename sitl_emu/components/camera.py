@@ -138,8 +138,8 @@ class Camera:
 
     def zoom_percent(self, now_us: int) -> float:
         """How far it has zoomed at a time: 0 is wide; where it can't, too."""
-        self._settings.zoom_on(now_us)
-        return self._settings.zoom_percent
+        self._settings.move(now_us)
+        return self._settings.zoom.percent
 
     @property
     def zooms(self) -> bool:
@@ -162,8 +162,8 @@ class Camera:
         if now_us >= self._recording.status_due_us:
             self._recording.status_told(now_us)
             self._send(self._capture_status(now_us))
-        self._settings.zoom_on(now_us)
-        if self._settings.zoom_percent_s:
+        self._settings.move(now_us)
+        if self._settings.zoom.percent_s:
             due_us = min(due_us, now_us + ZOOM_UPDATE_US)
         for message_id, (interval_us, at_us) in tuple(self._intervals.items()):
             if now_us >= at_us:
@@ -300,10 +300,10 @@ class Camera:
     def _set_camera_zoom(self, now_us: int, command: Command) -> int:
         if not self.zooms:
             return UNSUPPORTED
-        return self._settings_told(now_us, self._settings.set_zoom(now_us, command.whole(1), command.params[1]))
+        return self._settings_told(now_us, self._settings.zoom.set(now_us, command.whole(1), command.params[1]))
 
     def _set_camera_focus(self, now_us: int, command: Command) -> int:
-        return self._settings_told(now_us, self._settings.set_focus(command.whole(1), command.params[1]))
+        return self._settings_told(now_us, self._settings.set_focus(now_us, command.whole(1), command.params[1]))
 
     def _reset_camera_settings(self, now_us: int, command: Command) -> int:
         if command.whole(1) != 1:
@@ -376,7 +376,7 @@ class Camera:
         return camera_information(now_us, self._data, self._gimbal, streams=self.video is not None)
 
     def _camera_settings(self, now_us: int) -> Any:
-        self._settings.zoom_on(now_us)
+        self._settings.move(now_us)
         return camera_settings(now_us, self._data, self._settings)
 
     def _storage_information(self, now_us: int) -> Any:

@@ -50,8 +50,8 @@ def camera_information(now_us: int, data: CameraData, gimbal_device_id: int, *, 
 
 def camera_settings(now_us: int, data: CameraData, settings: Settings) -> Any:
     """CAMERA_SETTINGS."""
-    zoom = settings.zoom_percent if data.zoom_max > 1.0 else math.nan
-    return mavlink.MAVLink_camera_settings_message(now_us // 1000, settings.mode, zoom, settings.focus_percent)
+    zoom = settings.zoom.percent if data.zoom_max > 1.0 else math.nan
+    return mavlink.MAVLink_camera_settings_message(now_us // 1000, settings.mode, zoom, settings.focus.percent)
 
 
 def camera_capture_status(now_us: int, images: ImageCapture, recording: VideoRecording, storage: Storage) -> Any:
@@ -96,7 +96,7 @@ def camera_fov_status(now_us: int, data: CameraData, settings: Settings, tag: Ge
 
 def fov_deg(data: CameraData, settings: Settings) -> tuple[float, float]:
     """Horizontal and vertical field of view at the zoom that is set."""
-    focal_length_mm = data.focal_length_mm * zoomed(data.zoom_max, settings.zoom_percent)
+    focal_length_mm = data.focal_length_mm * zoomed(data.zoom_max, settings.zoom.percent)
     horizontal, vertical = (
         math.degrees(2.0 * math.atan(size_mm / 2.0 / focal_length_mm))
         for size_mm in (data.sensor_width_mm, data.sensor_height_mm)

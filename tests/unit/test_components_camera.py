@@ -344,6 +344,27 @@ def test_zoom_focus_and_reset() -> None:
     assert (settings.mode_id, settings.zoomLevel, settings.focusLevel) == (0, 0.0, 0.0)
 
 
+def test_focus_goes_by_steps_and_until_it_is_stopped_as_zoom_does() -> None:
+    rig = Rig()
+
+    def focus(kind: int, value: float) -> float:
+        result, (settings,) = rig.ask(SET_FOCUS, kind, value)
+        assert (result, settings.zoomLevel) == (ACCEPTED, 0.0)
+        return float(settings.focusLevel)
+
+    assert focus(mavlink.FOCUS_TYPE_STEP, 1.0) == 10.0
+    assert focus(mavlink.FOCUS_TYPE_CONTINUOUS, 1.0) == 10.0
+    rig.run(1.0)
+    assert focus(mavlink.FOCUS_TYPE_CONTINUOUS, 0.0) == pytest.approx(30.0, abs=0.5)
+    focus(mavlink.FOCUS_TYPE_CONTINUOUS, -1.0)
+    rig.run(0.5)
+    assert focus(mavlink.FOCUS_TYPE_AUTO, 0.0) == pytest.approx(20.0, abs=0.5), "which ends it"
+    rig.run(5.0)
+    assert focus(mavlink.FOCUS_TYPE_STEP, -1.0) == pytest.approx(10.0, abs=0.5)
+    assert rig.ask(SET_FOCUS, mavlink.FOCUS_TYPE_METERS, 3.0)[0] == DENIED
+    assert rig.ask(SET_FOCUS, mavlink.FOCUS_TYPE_CONTINUOUS, math.nan)[0] == DENIED
+
+
 def test_a_camera_without_zoom_says_so() -> None:
     data = vehicles.load("iris").camera
     assert data is not None
