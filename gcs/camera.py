@@ -201,7 +201,12 @@ class Camera:
         if lost > newest:
             return None
         return MessageRequest(
-            self.target[0], IMAGE_CAPTURED, self.target[1], (lost,), lambda msg: bool(msg.image_index == lost)
+            self.target[0],
+            IMAGE_CAPTURED,
+            self.target[1],
+            (lost,),
+            lambda msg: bool(msg.image_index == lost),
+            denied_is_final=True,
         )
 
     def _answered(self, request: MessageRequest) -> None:

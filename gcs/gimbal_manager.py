@@ -2,7 +2,8 @@
 
 Source: https://mavlink.io/en/services/gimbal_v2.html. The manager (on PX4 the autopilot, where MNT_MODE_IN is 0 or
 above) tells what the gimbal can, who is in control and where it looks; commands and set-points go to the manager, never
-to the device. Who is not in control is refused. A region of interest needs no control.
+to the device. One that has not found its gimbal yet denies it, and is asked again. Who is not in control is refused. A
+region of interest needs no control.
 """
 
 import math
@@ -38,7 +39,7 @@ class GimbalManager:
         """GIMBAL_MANAGER_STATUS: who is in control."""
         self.attitude: Any = None
         """GIMBAL_DEVICE_ATTITUDE_STATUS."""
-        self._request = MessageRequest(system, INFORMATION, component)
+        self._request = self._ask()
 
     @property
     def done(self) -> bool:
@@ -84,6 +85,8 @@ class GimbalManager:
             elif kind == INFORMATION:
                 self.information = msg
             self._request.on_message(now_us, msg)
+            if kind == STATUS and self.information is None and self._request.done:
+                self._request = self._ask()  # it has found its gimbal since
         return []
 
     def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
@@ -129,6 +132,9 @@ class GimbalManager:
         return mavlink.MAVLink_gimbal_manager_set_manual_control_message(
             *self.target, STABILIZED, 0, math.nan, math.nan, pitch, yaw
         )
+
+    def _ask(self) -> MessageRequest:
+        return MessageRequest(self.target[0], INFORMATION, self.target[1])
 
     def _command(self, number: int, *params: float) -> Command:
         return Command(*self.target, number, params)

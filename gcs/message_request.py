@@ -2,7 +2,8 @@
 
 Source: https://mavlink.io/en/messages/common.html#MAV_CMD_REQUEST_MESSAGE: the component acknowledges, and sends the
 message. Either can be lost: a message that comes without its ack is what was wanted, and after an ack without its
-message it is asked for again.
+message it is asked for again. So it is after a DENIED, as PX4 denies a message of which there is nothing new, or
+nothing yet (mavlink_stream.h: MavlinkStream::request_message).
 """
 
 from collections.abc import Callable, Sequence
@@ -30,11 +31,17 @@ class MessageRequest:
         params: Sequence[float] = (),
         wanted: Callable[[Any], bool] = anything,
         tries: int = TRIES,
+        *,
+        denied_is_final: bool = False,
     ) -> None:
-        """`params`: what the message wants to know, from param2 on; `wanted` tells one answer from another."""
+        """`params`: what the message wants to know, from param2 on; `wanted` tells one answer from another.
+
+        `denied_is_final`: of what is there at once or never.
+        """
         self.target = (target_system, target_component)
         self.message_id = message_id
         self.params, self.wanted, self.tries = tuple(params), wanted, tries
+        self._denied_is_final, self._denial = denied_is_final, ""
         self.message: Any = None
         self.refusal = ""
         self._tried = 0
@@ -57,7 +64,10 @@ class MessageRequest:
             outcome = self._command.outcome
             if outcome is not None:
                 self._due_us = now_us + TIMEOUT_US
-                self.refusal = "" if outcome.accepted else outcome.text
+                if outcome.result == mavlink.MAV_RESULT_DENIED and not self._denied_is_final:
+                    self._denial = outcome.text
+                elif not outcome.accepted:
+                    self.refusal = outcome.text
         return []
 
     def on_time(self, now_us: int) -> list[mavlink.MAVLink_message]:
@@ -65,7 +75,7 @@ class MessageRequest:
         if self.done or (self._tried and now_us < self._due_us):
             return []
         if self._tried >= self.tries:
-            self.refusal = f"no answer to {self.tries} tries"
+            self.refusal = self._denial or f"no answer to {self.tries} tries"
             return []
         self._tried += 1
         self._due_us = now_us + TIMEOUT_US

@@ -34,7 +34,8 @@ RATE_DEG_S = DATA.rate_max_deg_s
 class Rig(Peer):
     """An autopilot whose gimbal manager runs, a gimbal on its wire, and a ground station."""
 
-    def __init__(self, mode: int = 4) -> None:
+    def __init__(self, mode: int = 4, *, with_gimbal: bool = True) -> None:
+        """`with_gimbal`: whether it is there from power-on; else `plug_in_gimbal` does it."""
         super().__init__(self.decide)
         self.parameters.set("MNT_MODE_IN", mode)
         self.parameters.set("MNT_MODE_OUT", 2)
@@ -43,10 +44,14 @@ class Rig(Peer):
         self.mavlink = Mavlink(
             self.topics, self.parameters, self.dataman, self.texts, Modules(self.decide), 0, outgoing=outgoing
         )
-        self.mavlink.plug_in("gimbal device", "gimbal", Gimbal(DATA, system_id=1))
+        if with_gimbal:
+            self.plug_in_gimbal()
         self.fly()
         self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
         self.run(1.5)
+
+    def plug_in_gimbal(self) -> None:
+        self.mavlink.plug_in("gimbal device", "gimbal", Gimbal(DATA, system_id=1))
 
     def decide(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
         if command.command in self.manager.COMMANDS:

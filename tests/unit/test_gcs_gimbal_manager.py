@@ -7,6 +7,7 @@ import pytest
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.command import Command
 from sitl_emu.gcs.gimbal_manager import GimbalManager
+from tests.typed import now
 
 from .gcs_link import converse
 from .mavlink_peer import Peer
@@ -40,6 +41,16 @@ def test_a_vehicle_without_a_gimbal_says_so() -> None:
     gimbal = GimbalManager(1)
     converse(Peer(), gimbal, 15.0, lambda: gimbal.done)
     assert (gimbal.ready, gimbal.refusal) == (False, "denied")
+
+
+@pytest.mark.parametrize("after_s", [2.0, 20.0])
+def test_a_gimbal_that_the_manager_finds_later_is_found_then(after_s: float) -> None:
+    rig, gimbal = Rig(with_gimbal=False), GimbalManager(1)
+    converse(rig, gimbal, after_s)
+    assert (gimbal.ready, gimbal.refusal) == (False, "denied" if after_s > 5.0 else "")
+    rig.plug_in_gimbal()
+    converse(rig, gimbal, 4.0, lambda: gimbal.ready)
+    assert now(gimbal.ready) and now(gimbal.refusal) == ""
 
 
 def test_control_is_taken_used_and_released() -> None:

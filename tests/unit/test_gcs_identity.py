@@ -49,6 +49,15 @@ def test_a_message_that_a_vehicle_does_not_have_is_refused() -> None:
     assert (request.message, request.refusal) == (None, "denied")
 
 
+def test_a_message_of_which_there_is_nothing_yet_is_asked_for_again() -> None:
+    peer = Peer()
+    request = MessageRequest(1, HOME_POSITION)
+    converse(peer, request, 2.0)
+    assert not request.done
+    peer.fly()
+    assert asked(peer, request).message.get_type() == "HOME_POSITION"
+
+
 def test_an_interval_is_set_read_and_put_back() -> None:
     peer = Peer()
     asked(peer, set_interval(1, ATTITUDE, DEFAULT_US))
