@@ -2,14 +2,15 @@
 
 https://mavlink.io/en/services/gimbal_v2.html. It has three axes, holds roll and pitch against the horizon, and yaw
 against north (YAW_LOCK) or the vehicle's heading; it moves no faster than its motors and no further than its stops, and
-tells its attitude ten times a second. The vehicle's attitude comes from AUTOPILOT_STATE_FOR_GIMBAL_DEVICE; it is
-commanded by GIMBAL_DEVICE_SET_ATTITUDE of the autopilot's gimbal manager alone.
+tells its attitude ten times a second, unless it is asked to do so more or less often, or not at all. The vehicle's
+attitude comes from AUTOPILOT_STATE_FOR_GIMBAL_DEVICE; it is commanded by GIMBAL_DEVICE_SET_ATTITUDE of the autopilot's
+gimbal manager alone.
 """
 
 import math
 from typing import Any
 
-from sitl_emu.components.component import COMMANDS, Component, text
+from sitl_emu.components.component import COMMANDS, NEVER_US, Component, text
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import Euler, Quaternion, euler, quaternion
 from sitl_emu.core.geodesy import wrap_pi
@@ -119,8 +120,10 @@ class Gimbal:
         self._component.acknowledge(command, ACCEPTED)
         if number == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
             interval_us = command.whole(2)
-            self._status_every_us = interval_us if interval_us > 0 else STATUS_EVERY_US
-            self._status_us = self.due_us = now_us
+            stopped, chosen_us = interval_us < 0, interval_us or STATUS_EVERY_US
+            self._status_every_us = NEVER_US if stopped else chosen_us
+            self._status_us = NEVER_US if stopped else now_us
+            self.due_us = now_us
         elif message_id == INFORMATION:
             self._component.send(self._information(now_us))
         else:

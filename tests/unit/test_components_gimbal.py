@@ -25,7 +25,7 @@ from tests.typed import present
 
 from .mavlink_peer import GIMBAL, Peer, command_long, only
 
-CONFIGURE, PITCHYAW, MOUNT_CONTROL, REQUEST_MESSAGE = 1001, 1000, 205, 512
+CONFIGURE, PITCHYAW, MOUNT_CONTROL, REQUEST_MESSAGE, SET_INTERVAL = 1001, 1000, 205, 512, 511
 DATA = present(vehicles.load("m600").gimbal)
 assert DATA is not None
 RATE_DEG_S = DATA.rate_max_deg_s
@@ -279,6 +279,17 @@ def test_the_message_of_pitch_and_yaw_moves_nothing() -> None:
     rig.send(mavlink.MAVLink_gimbal_manager_set_pitchyaw_message(1, 1, 0, 0, -0.1, 0.5, math.nan, math.nan))
     rig.run(1.0)
     assert rig.looks() == pytest.approx(before, abs=0.01)
+
+
+def test_how_often_it_tells_its_attitude_can_be_chosen_and_stopped() -> None:
+    rig = Rig()
+    for interval_us, count in ((-1, 0), (0, 10), (200_000, 5), (-1, 0)):
+        acks = only(rig.send(command_long(SET_INTERVAL, 285, interval_us, target=(1, 154))), "COMMAND_ACK")
+        assert [ack.result for ack in acks] == [MAV_RESULT_ACCEPTED]
+        rig.run(0.1)
+        told = rig.run(1.0)
+        assert len(only(told, "GIMBAL_DEVICE_ATTITUDE_STATUS")) == count
+        assert [beat.get_srcComponent() for beat in only(told, "HEARTBEAT")].count(154) == 1
 
 
 def test_it_stops_at_its_stops() -> None:
