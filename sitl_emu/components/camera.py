@@ -263,7 +263,7 @@ class Camera:
     def _video_start_capture(self, now_us: int, command: Command) -> int:
         if self._settings.mode != MODE_VIDEO:
             return DENIED
-        result = self._recording.start(now_us, status_hz=command.params[1])
+        result = self._recording.start(now_us, command)
         if result == ACCEPTED and self._recording.status_due_us > now_us:
             self._send(self._capture_status(now_us))
         return result

@@ -3,14 +3,14 @@
 https://mavlink.io/en/services/camera.html#still-image-capture (IMAGE_START_CAPTURE, IMAGE_STOP_CAPTURE). An image is
 its CAMERA_IMAGE_CAPTURED record. From the shutter on it waits for its geotag, and then, where somebody draws pictures
 (`card`), for its file. A command that is sent again, since its ack was lost, takes no second image: its sequence number
-tells, as long as it can be one that is sent again, as a client's next run counts from 1 anew. Nothing is sent or asked
-here: the camera asks where it is once the shutter has opened, and sends the records that it is given. Times are
-simulated, in µs.
+tells, as long as it can be one that is sent again, as a client's next run counts from 1 anew. One for the series that
+is being taken is accepted, and changes nothing. Nothing is sent or asked here: the camera asks where it is once the
+shutter has opened, and sends the records that it is given. Times are simulated, in µs.
 """
 
 import math
 from collections import deque
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from sitl_emu.components.component import NEVER_US, Command
 from sitl_emu.components.geotag import Geotag
@@ -28,6 +28,19 @@ SENT_AGAIN_US = 1_750_000
 """A number that comes later after itself is that of another image. MAVSDK, which does not count `confirmation` up,
 sends a command again three times, 0.5 s apart (mavlink_command_sender.hpp: DEFAULT_RETRIES, timeout_s); 0.25 s for the
 way are ours. Who counts may take his time."""
+
+
+class Asked(NamedTuple):
+    """Who asked for images, and for which."""
+
+    system: int
+    component: int
+    interval_s: float
+    images: int
+    sequence: int
+
+
+NOTHING_ASKED = Asked(0, 0, 0.0, 0, 0)
 
 
 class PictureFiles(Protocol):
@@ -52,9 +65,9 @@ class ImageCapture:
         """Images still to be taken at the interval; None is without end."""
         self._next_us = NEVER_US
         self._ready_us = 0
-        self._last_numbered = (0, 0, 0)
-        """Who asked for the last numbered image, and its number."""
-        self._numbered_us = 0
+        self._asked = NOTHING_ASKED
+        """What was accepted last, unless it was stopped."""
+        self._asked_us = 0
         """When that was heard last."""
         self._opened_us = NEVER_US
         """When the shutter opened for the image that waits for its geotag."""
@@ -104,9 +117,9 @@ class ImageCapture:
         count, sequence = command.whole(3), command.whole(4)
         if count < 0 or interval_s < 0.0:
             return mavlink.MAV_RESULT_DENIED
-        numbered = (command.source_system, command.source_component, sequence if count == 1 else 0)
-        if self._is_sent_again(now_us, numbered, command.confirmation):
-            self._numbered_us = now_us
+        asked = Asked(command.source_system, command.source_component, interval_s, count, sequence)
+        if self._is_sent_again(now_us, asked, command.confirmation):
+            self._asked_us = now_us
             return mavlink.MAV_RESULT_ACCEPTED
         if self.goes_on or self.waits_for_geotag or (count == 1 and now_us < self._ready_us):
             return mavlink.MAV_RESULT_TEMPORARILY_REJECTED
@@ -114,19 +127,22 @@ class ImageCapture:
             return mavlink.MAV_RESULT_FAILED
         if count != 1:
             self.interval_s = max(interval_s, self._data.interval_min_s)
-        self._last_numbered, self._numbered_us = numbered, now_us
+        self._asked, self._asked_us = asked, now_us
         self._left = count or None
         self._next_us = max(now_us, self._ready_us)
         return mavlink.MAV_RESULT_ACCEPTED
 
-    def _is_sent_again(self, now_us: int, numbered: tuple[int, int, int], confirmation: int) -> bool:
-        """Whether this is the command that took the last numbered image: who asked, and the number (0: none)."""
-        again = confirmation > 0 or now_us - self._numbered_us <= SENT_AGAIN_US
-        return numbered[2] > 0 and numbered == self._last_numbered and again
+    def _is_sent_again(self, now_us: int, asked: Asked, confirmation: int) -> bool:
+        """Whether this is the command accepted last: of the series that is being taken, or of a numbered image."""
+        if asked != self._asked:
+            return False
+        if asked.images != 1:
+            return self.goes_on or self.waits_for_geotag
+        return asked.sequence > 0 and (confirmation > 0 or now_us - self._asked_us <= SENT_AGAIN_US)
 
     def stop(self) -> None:
         """No more images; the one in the making will be there."""
-        self._next_us, self.interval_s, self._left = NEVER_US, 0.0, 0
+        self._next_us, self.interval_s, self._left, self._asked = NEVER_US, 0.0, 0, NOTHING_ASKED
 
     def open_shutter(self, now_us: int, free_mib: float) -> bool:
         """Take the image that is due; False: the storage is full, which ends the series."""

@@ -7,7 +7,7 @@ simulated, in µs.
 
 import math
 
-from sitl_emu.components.component import NEVER_US
+from sitl_emu.components.component import NEVER_US, Command
 from sitl_emu.components.storage import Storage
 from sitl_emu.core import dialect as mavlink
 
@@ -19,6 +19,8 @@ class VideoRecording:
         """`mib_s`: what a second of video takes of the storage."""
         self._storage, self._mib_s = storage, mib_s
         self._since_us: int | None = None
+        self._asked = (0, 0, 0.0)
+        """Who started it (system, component), and how often they want its status."""
         self._status_every_us = 0
         self.status_due_us = NEVER_US
         """When CAMERA_CAPTURE_STATUS is to be sent, while who started it wants it again and again."""
@@ -35,14 +37,20 @@ class VideoRecording:
             return NEVER_US
         return self._since_us + math.ceil(self._storage.free_mib / self._mib_s * 1e6)
 
-    def start(self, now_us: int, status_hz: float) -> int:
-        """VIDEO_START_CAPTURE; the MAV_RESULT. `status_hz`: how often the status is told; 0 or none: not by itself."""
+    def start(self, now_us: int, command: Command) -> int:
+        """VIDEO_START_CAPTURE; the MAV_RESULT. Sent again, since its ack was lost, it changes nothing.
+
+        Its second parameter: how often the status is told, in Hz; 0 or none: not by itself.
+        """
+        status_hz = command.params[1] if math.isfinite(command.params[1]) else 0.0
+        asked = (command.source_system, command.source_component, status_hz)
         if self.running:
-            return mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+            again = asked == self._asked
+            return mavlink.MAV_RESULT_ACCEPTED if again else mavlink.MAV_RESULT_TEMPORARILY_REJECTED
         if self._storage.free_mib <= 0.0:
             return mavlink.MAV_RESULT_FAILED
-        self._since_us = now_us
-        if math.isfinite(status_hz) and status_hz > 0.0:
+        self._since_us, self._asked = now_us, asked
+        if status_hz > 0.0:
             self._status_every_us = max(round(1e6 / status_hz), 1)
             self.status_due_us = now_us
         return mavlink.MAV_RESULT_ACCEPTED

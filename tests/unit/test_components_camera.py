@@ -260,6 +260,36 @@ def test_a_series_tells_when_it_begins_and_when_it_is_stopped() -> None:
     assert [(status.image_status, status.image_count) for status in stopped] == [(0, 3)]
 
 
+def test_a_series_or_video_that_is_asked_for_again_as_its_ack_was_lost_goes_on() -> None:
+    rig = Rig()
+    rig.ask(SET_MODE, 0, 1)
+    for start, params, others in (
+        (IMAGE_START, (0, 1.0, 3), (0, 1.0, 4)),
+        (VIDEO_START, (0, math.nan), (0, 2.0)),
+    ):
+        assert rig.ask(start, *params)[0] == ACCEPTED
+        rig.run(0.5)
+        assert rig.ask(start, *params)[0] == ACCEPTED
+        assert rig.ask(start, *others)[0] == TEMPORARILY_REJECTED, "another one"
+        rig.encoder.srcSystem = 254
+        assert rig.ask(start, *params)[0] == TEMPORARILY_REJECTED, "somebody else's"
+        rig.encoder.srcSystem = 255
+    rig.run(4.0)
+    _, (status,) = rig.ask(REQUEST_MESSAGE, 262)
+    assert (status.image_count, status.video_status) == (3, 1)
+    assert status.recording_time_ms == pytest.approx(4500, abs=50), "since it was asked for first"
+
+
+def test_a_series_that_was_stopped_begins_anew_by_the_same_command() -> None:
+    rig = Rig()
+    rig.ask(IMAGE_START, 0, 0.5, 0)
+    rig.run(1.2)
+    rig.ask(IMAGE_STOP)
+    rig.run(0.5)
+    assert rig.ask(IMAGE_START, 0, 0.5, 0)[0] == ACCEPTED
+    assert len(only(rig.run(1.2), "CAMERA_IMAGE_CAPTURED")) >= 2
+
+
 def test_video_wants_its_mode_and_fills_the_storage() -> None:
     rig = Rig()
     assert rig.ask(VIDEO_START)[0] == DENIED
