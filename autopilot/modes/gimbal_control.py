@@ -53,7 +53,10 @@ class GimbalControl:
             self._seen = status
             if (status.primary_control_sysid, status.primary_control_compid) != (self._system_id, AUTOPILOT):
                 self._has_asked = True
-                _configure(self._topics, now_us, self._system_id, (float(self._system_id), float(AUTOPILOT)))
+                # To the component that has the system's number, as PX4's Gimbal.cpp has it: only where MAV_SYS_ID is
+                # 1 that is the gimbal manager.
+                own = float(self._system_id), float(AUTOPILOT)
+                _configure(self._topics, now_us, self._system_id, own, target_component=self._system_id)
         self._point(now_us, ALL_LOCKED, (NAN, pitch_rate, yaw_rate))
 
     def release(self, now_us: int) -> None:
@@ -75,11 +78,13 @@ def release(topics: Topics, now_us: int, system_id: int) -> None:
     _configure(topics, now_us, system_id, (RELEASE, RELEASE))
 
 
-def _configure(topics: Topics, now_us: int, system_id: int, primary: tuple[float, float]) -> None:
+def _configure(
+    topics: Topics, now_us: int, system_id: int, primary: tuple[float, float], target_component: int = AUTOPILOT
+) -> None:
     """`primary`: system and component that are to have the primary control; the secondary one stays."""
     command = VehicleCommand(
         mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, *primary, UNCHANGED, UNCHANGED, 0.0, 0.0, 0.0,
-        target_system=system_id, target_component=AUTOPILOT, source_system=system_id, source_component=AUTOPILOT,
+        target_system=system_id, target_component=target_component, source_system=system_id, source_component=AUTOPILOT,
         from_external=False,
     )  # fmt: skip
     give_inside(topics, now_us, command)

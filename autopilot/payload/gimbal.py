@@ -110,8 +110,10 @@ class Gimbal:
     # --- commands -------------------------------------------------------------------------------------------
 
     def handle_command(self, now_us: int, command: VehicleCommand) -> CommandResult | None:
-        """Decide on one of COMMANDS; None gives no ack."""
+        """Decide on one of COMMANDS; None gives no ack, as to one for another component."""
         number = command.command
+        if command.target_component not in (0, AUTOPILOT):
+            return None
         if number in (MOUNT_CONTROL, MOUNT_CONFIGURE):
             if not self._takes_mount:
                 return None

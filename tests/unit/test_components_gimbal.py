@@ -164,6 +164,20 @@ def test_a_locked_gimbals_yaw_is_told_against_the_heading() -> None:
     assert euler(gimbal.looks(2_000_000))[2] == pytest.approx(0.3 - 0.9), "the vehicle turns, the gimbal does not"
 
 
+def test_what_is_for_another_component_it_leaves_unanswered() -> None:
+    """InputMavlinkGimbalV2::_process_command; the autopilot's own modes ask by the system's number (Gimbal.cpp)."""
+    rig = Rig()
+    for component, result in (
+        (2, None),
+        (1, CommandResult(MAV_RESULT_ACCEPTED)),
+        (0, CommandResult(MAV_RESULT_ACCEPTED)),
+    ):
+        asked = VehicleCommand(
+            CONFIGURE, 2.0, 1.0, -1.0, -1.0, source_system=2, source_component=1, target_component=component
+        )
+        assert rig.decide(rig.now_us, asked) == result
+
+
 def turn(pitch_rate: float, yaw_rate: float) -> Any:
     """Rates without an attitude."""
     q = (math.nan,) * 4

@@ -209,9 +209,13 @@ def test_limits_that_mavlink_tells_go_before_those_of_the_parameters() -> None:
     assert math.degrees(follower.fly(3.0)[-1].setpoint.yawspeed) == pytest.approx(45.0, abs=1.0)
 
 
-def test_position_slow_turns_a_gimbal_and_follows_it_and_gives_it_back() -> None:
-    """FlightTaskManualAccelerationSlow::update: rates by MC_SLOW_DEF_YAWR, pitch by the knob of MC_SLOW_MAP_PTCH."""
-    follower = stick_flight(NavState.POSITION_SLOW, MC_SLOW_MAP_PTCH=1)
+@pytest.mark.parametrize("system_id", [1, 2])
+def test_position_slow_turns_a_gimbal_and_follows_it_and_gives_it_back(system_id: int) -> None:
+    """FlightTaskManualAccelerationSlow::update: rates by MC_SLOW_DEF_YAWR, pitch by the knob of MC_SLOW_MAP_PTCH.
+
+    It asks for control by a command for the component with the system's number (Utility/Gimbal.cpp).
+    """
+    follower = stick_flight(NavState.POSITION_SLOW, MC_SLOW_MAP_PTCH=1, MAV_SYS_ID=system_id)
     topics, all_locked = follower.topics, 0b11100
     move(follower, yaw=-0.5, aux1=0.4)
     assert follower.fly(0.1)[-1].setpoint.yawspeed < 0.0 and not topics.gimbal_manager_set_attitude.timestamp
@@ -224,16 +228,18 @@ def test_position_slow_turns_a_gimbal_and_follows_it_and_gives_it_back() -> None
 
     setpoint = follower.fly(STEP_S, lambda: tells(0))[-1].setpoint
     told, rate = topics.gimbal_manager_set_attitude, math.radians(45.0)
-    assert (told.origin_sysid, told.origin_compid, told.flags) == (1, 1, all_locked)
+    assert (told.origin_sysid, told.origin_compid, told.flags) == (system_id, 1, all_locked)
     assert told.angular_velocity[1:] == pytest.approx((0.4 * rate, -0.5 * rate))
     assert math.isnan(setpoint.yaw) and setpoint.yawspeed == pytest.approx(-0.5 * rate)
-    assert [record.command[1:5] for record in topics.navigator_commands] == [(1.0, 1.0, -1.0, -1.0)]
+    (record,) = topics.navigator_commands
+    assert record.command[1:5] == (system_id, 1.0, -1.0, -1.0) and record.command.target_component == system_id
     assert follower.fly(STEP_S, lambda: tells(all_locked))[-1].setpoint.yaw == pytest.approx(1.2)
     topics.vehicle_status = topics.vehicle_status._replace(nav_state=NavState.POSCTL)
     follower.fly(STEP_S)
     told = topics.gimbal_manager_set_attitude
     assert (told.flags, told.angular_velocity[1:]) == (0b01100, (0.0, 0.0))
-    assert topics.navigator_commands[-1].command[1:5] == (-3.0, -3.0, -1.0, -1.0)
+    released = topics.navigator_commands[-1].command
+    assert released[1:5] == (-3.0, -3.0, -1.0, -1.0) and released.target_component == 1
 
 
 def test_in_altitude_cruise_the_tilt_stays() -> None:
