@@ -152,7 +152,9 @@ class PositionControl:
         vertical = ad * (hover / GRAVITY_M_S2) - hover
         collective = max(-vertical / cos_tilt, thrust_min)
         if xy < SMALLEST:
-            return 0.0, 0.0, -collective * cos_tilt
+            # Exactly upside down, as on the ground with MPC_ACC_DECOUPLE 0, it leans (ControlMath::limitTilt)
+            north = -collective * math.sin(tilt) if force_up < 0.0 else 0.0
+            return north, 0.0, -collective * cos_tilt
         across = collective * math.sin(tilt) / xy
         return an * across, ae * across, -collective * cos_tilt
 

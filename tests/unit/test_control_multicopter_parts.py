@@ -260,6 +260,18 @@ def test_hover_needs_hover_thrust() -> None:
     assert flown(TrajectorySetpoint(0, (0.0, 0.0, 0.0))) == pytest.approx((0.0, 0.0, -0.5))
 
 
+@pytest.mark.parametrize(("decouple", "leans"), [(True, False), (False, True)])
+def test_what_is_held_down_on_the_ground_is_level_unless_height_counts_for_the_tilt(
+    decouple: bool, leans: bool
+) -> None:
+    """MPC_ACC_DECOUPLE 0: straight down, tilted by the limit (ControlMath::limitTilt, exactly parallel vectors)."""
+    down = TrajectorySetpoint(0, NAN3, NAN3, (0.0, 0.0, 100.0))
+    gains = GAINS._replace(decouple=decouple)
+    north, east, up = PositionControl().update(down, STILL, gains, LIMITS, 0.008)
+    tilt = LIMITS.tilt if leans else 0.0
+    assert math.atan2(-north, -up) == pytest.approx(tilt) and east == 0.0
+
+
 def test_gains_act_as_named() -> None:
     n, e, d = flown(TrajectorySetpoint(0, NAN3, (0.5, 0.0, -0.25)))
     tilt_acceleration = -n / d * G
