@@ -108,7 +108,7 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
     os.environ[URL_VARIABLE] = url
     try:
         with keeper.interruptible():
-            status = pytest.main([*_options(), *(str(known[service]) for service in chosen)], [keeper])
+            status = pytest.main([*options(), *(str(known[service]) for service in chosen)], [keeper])
     finally:
         if before is None:
             del os.environ[URL_VARIABLE]
@@ -142,10 +142,13 @@ def checked_url(url: str) -> str:
     return address
 
 
-def _options() -> list[str]:
-    """Nothing of the user's pytest takes part: no configuration, no plugins, no cache, no output."""
+def options() -> list[str]:
+    """Nothing of the user's pytest takes part: no configuration, no plugins, no cache, no output.
+
+    Modules are named from the root on: it is the folder above, as those of a package may import each other.
+    """
     quiet = ["-p", "no:terminal", "-p", "no:cacheprovider", "--disable-plugin-autoload"]
-    return [*quiet, "-c", os.devnull, f"--rootdir={FOLDER}", f"--confcutdir={FOLDER}", "--import-mode=importlib"]
+    return [*quiet, "-c", os.devnull, f"--rootdir={FOLDER.parent}", f"--confcutdir={FOLDER}", "--import-mode=importlib"]
 
 
 class Keeper:

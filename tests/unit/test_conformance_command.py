@@ -108,7 +108,7 @@ def test_a_host_or_a_device_that_is_not_there_is_told_at_once(monkeypatch: pytes
 
 @pytest.mark.parametrize(("port", "station"), [(18570, 28570), (55535, 65535), (55536, 45536), (65535, 55535)])
 def test_the_station_of_a_high_port_speaks_from_a_port_that_there_is(port: int, station: int) -> None:
-    spec = importlib.util.spec_from_file_location("station", conformance.FOLDER / "conftest.py")
+    spec = importlib.util.spec_from_file_location("station", conformance.FOLDER / "station.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -205,8 +205,7 @@ class Collected:
 def items() -> list[pytest.Item]:
     """The conformance tests, not run."""
     found = Collected()
-    options = ["-p", "no:terminal", "-p", "no:cacheprovider", "--disable-plugin-autoload", "-c", os.devnull]
-    pytest.main([*options, "--collect-only", "--import-mode=importlib", str(ROOT / "tests/conformance")], [found])
+    pytest.main([*conformance.options(), "--collect-only", str(conformance.FOLDER)], [found])
     assert len(found.items) > 40
     return found.items
 

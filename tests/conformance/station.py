@@ -1,0 +1,241 @@
+"""A ground station for the tests: one link, one autopilot, and what most of them ask of it.
+
+Nothing of the product is imported: numbers are PX4's, as literals.
+"""
+
+import contextlib
+import os
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from pymavlink import mavutil
+
+HEARD_LIMIT_S = 10.0
+READY_LIMIT_S = 60.0
+REPLY_LIMIT_S = 10.0
+"""For what must come: a busy machine is not a wrong autopilot."""
+SETTLE_LIMIT_S = 5.0
+STATION_PORT_OFFSET, LAST_PORT = 10_000, 65535
+AUTOPILOT = 1
+HEADER_BYTES = 10
+"""Of a MAVLink 2 frame."""
+STANDBY = 3
+ARMED = 128
+ARM_DISARM, DO_SET_MODE = 400, 176
+DENIED = 2
+REQUEST_MESSAGE, AUTOPILOT_VERSION = 512, 148
+CUSTOM_MODE_ENABLED = 1
+NO_INDEX = 65535
+"""param_index of a parameter that is not in the list."""
+MISSION, FENCE, RALLY = 0, 1, 2
+
+
+class State(NamedTuple):
+    """What tests must leave as they found it."""
+
+    base_mode: int
+    custom_mode: int
+    parameters: dict[str, bytes | None]
+    """Values of those that tests have set. Others are PX4's own affair: it keeps what it learns (EKF2_MAG_DECL,
+    COM_FLIGHT_UUID), and its list grows when a module starts."""
+    items: tuple[int, int, int]
+    """How many the mission, the fence and the rally points have."""
+
+
+def _speak_from_the_same_port(url: str, link: Any) -> None:
+    """PX4 answers on a link whom it heard there first, until it restarts: a second run must be the same station.
+
+    If the port is taken, this run is another station.
+    """
+    kind, _, port = url.rpartition(":")
+    if kind.startswith("udpout:"):
+        with contextlib.suppress(OSError):
+            link.port.bind(("", station_port(int(port))))
+
+
+def station_port(port: int) -> int:
+    """Of the station that speaks to an autopilot's port: so far above it, or below where there is no such port."""
+    above = port + STATION_PORT_OFFSET
+    return above if above <= LAST_PORT else port - STATION_PORT_OFFSET
+
+
+class Station:
+    """A ground station, 255/190, on one link of an autopilot."""
+
+    def __init__(self, url: str) -> None:
+        # MAVLink 2 from the first message on: pymavlink would begin with 1, which has no mission types and no events.
+        os.environ["MAVLINK20"] = "1"
+        self.link: Any = mavutil.mavlink_connection(url, source_system=255, source_component=190, dialect="common")
+        _speak_from_the_same_port(url, self.link)
+        self.mav = self.link.mav
+        self.system = 0
+        self.vehicle_type = 0
+        self.airframe = 0
+        """SYS_AUTOSTART."""
+        self.vehicle = ""
+        """What it is, in words: version, kind, system id."""
+        self.set_first: dict[str, bytes | None] = {}
+        """Parameters that tests have set, with the bytes of the values they had."""
+        self._heartbeat_s = 0.0
+
+    def wait_until_ready(self, heard_limit_s: float = HEARD_LIMIT_S) -> None:
+        """Until the autopilot is in standby; raises TimeoutError if it is not heard, or does not get there."""
+        started_s, heard = time.monotonic(), None
+        while (waited_s := time.monotonic() - started_s) < (heard_limit_s if heard is None else READY_LIMIT_S):
+            heartbeat = self.receive("HEARTBEAT", min(1.5, READY_LIMIT_S - waited_s))
+            if heartbeat is None or heartbeat.get_srcComponent() != AUTOPILOT:
+                continue
+            heard = heartbeat
+            if heard.system_status == STANDBY:
+                self.system, self.vehicle_type = heard.get_srcSystem(), heard.type
+                self.vehicle = self._introduced(heard)
+                self.airframe = int.from_bytes(self._parameter_bytes("SYS_AUTOSTART") or b"", "little")
+                return
+        if heard is None:
+            raise TimeoutError(
+                f"no autopilot is heard within {heard_limit_s:.0f} s: is it running, on this port? "
+                "(On a link PX4 answers whom it heard first: if another program spoke there before, restart it)"
+            )
+        raise TimeoutError(
+            f"the autopilot is not in standby (MAV_STATE {heard.system_status}) within {READY_LIMIT_S:.0f} s: "
+            "it must stand disarmed and healthy"
+        )
+
+    def _introduced(self, heartbeat: Any) -> str:
+        kinds = [mavutil.mavlink.enums[enum] for enum in ("MAV_AUTOPILOT", "MAV_TYPE")]
+        autopilot, kind = (
+            names[number].name if number in names else str(number)
+            for names, number in zip(kinds, (heartbeat.autopilot, heartbeat.type), strict=True)
+        )
+        self.mav.command_long_send(self.system, AUTOPILOT, REQUEST_MESSAGE, 0, AUTOPILOT_VERSION, *(0.0,) * 6)
+        version = self.receive("AUTOPILOT_VERSION")
+        release = "" if version is None else " " + ".".join(map(str, version.flight_sw_version.to_bytes(4)[:3]))
+        return f"{autopilot.removeprefix('MAV_AUTOPILOT_')}{release}, {kind}, system {self.system}"
+
+    def _parameter_bytes(self, name: str) -> bytes | None:
+        """The four bytes of a parameter's value, or None if the autopilot does not tell it."""
+        self.mav.param_request_read_send(self.system, AUTOPILOT, name.encode(), -1)
+        while (value := self.receive("PARAM_VALUE")) is not None:
+            if value.param_id == name:
+                return bytes(value.get_msgbuf())[HEADER_BYTES : HEADER_BYTES + 4]
+        return None
+
+    def receive(self, name: str | list[str], limit_s: float = REPLY_LIMIT_S) -> Any:
+        """The next message of a name from the autopilot, or None; heartbeats go out meanwhile."""
+        end_s = time.monotonic() + limit_s
+        while (left_s := end_s - time.monotonic()) > 0.0:
+            if time.monotonic() - self._heartbeat_s > 1.0:
+                self._heartbeat_s = time.monotonic()
+                self.mav.heartbeat_send(6, 8, 0, 0, 0)
+            message = self.link.recv_match(type=name, blocking=True, timeout=min(left_s, 0.5))
+            if message is not None:
+                return message
+        return None
+
+    def collect(self, name: str | list[str], seconds: float, at_least: int = 0) -> list[Any]:
+        """All messages of a name within a time, which goes on for so many: a slow machine is not a wrong autopilot."""
+        end_s = time.monotonic() + seconds
+        patient_s = end_s + REPLY_LIMIT_S
+        found: list[Any] = []
+        while (left_s := (patient_s if len(found) < at_least else end_s) - time.monotonic()) > 0.0:
+            message = self.receive(name, left_s)
+            if message is not None:
+                found.append(message)
+        return found
+
+    def command(self, number: int, *params: float, limit_s: float = REPLY_LIMIT_S) -> int | None:
+        """Send a COMMAND_LONG; the result of its ack, or None."""
+        padded = params + (0.0,) * (7 - len(params))
+        self.mav.command_long_send(self.system, 1, number, 0, *padded)
+        while (ack := self.receive("COMMAND_ACK", limit_s)) is not None:
+            if ack.command == number:
+                return int(ack.result)
+        return None
+
+    def request(self, number: int, *params: float) -> tuple[int | None, Any]:
+        """The last ack of REQUEST_MESSAGE, and the last message of that kind which came before it (or None).
+
+        PX4 denies a message of which nothing is new since it was last sent (MavlinkStream::request_message): it is
+        asked for again until there is.
+        """
+        known = mavutil.mavlink.mavlink_map.get(number)
+        name = f"UNKNOWN_{number}" if known is None else known.msgname
+        end_s = time.monotonic() + REPLY_LIMIT_S
+        while True:
+            found = None
+            self.mav.command_long_send(
+                self.system, AUTOPILOT, REQUEST_MESSAGE, 0, number, *params, *(0.0,) * (6 - len(params))
+            )
+            while (heard := self.receive([name, "COMMAND_ACK"])) is not None:
+                if heard.get_type() != "COMMAND_ACK":
+                    found = heard
+                elif heard.command == REQUEST_MESSAGE:
+                    break
+            if heard is None or heard.result != DENIED or time.monotonic() > end_s:
+                return (None if heard is None else int(heard.result)), found
+
+    def is_listed(self, name: str) -> bool:
+        """Whether a parameter gets an index in PX4's list, which it has once a module has looked for it."""
+        end_s = time.monotonic() + SETTLE_LIMIT_S
+        while time.monotonic() < end_s:
+            self.mav.param_request_read_send(self.system, AUTOPILOT, name.encode(), -1)
+            value = self.receive("PARAM_VALUE")
+            if value is not None and value.param_id == name and value.param_index != NO_INDEX:
+                return True
+            time.sleep(0.2)
+        return False
+
+    def set_parameter(self, name: str, value: float, kind: int) -> None:
+        """Send PARAM_SET, `value` being what stands in the float field; the first value is kept, to be left again."""
+        if name not in self.set_first:
+            self.set_first[name] = self._parameter_bytes(name)
+        self.mav.param_set_send(self.system, AUTOPILOT, name.encode(), value, kind)
+
+    def arm_while(self, send: Callable[[], None]) -> int | None:
+        """The answer to arming while something is sent 20 times a second; asked again until it is accepted."""
+        end_s = time.monotonic() + REPLY_LIMIT_S
+        result: int | None = DENIED
+        while result != 0 and time.monotonic() < end_s:
+            for _ in range(10):
+                send()
+                time.sleep(0.05)
+            result = self.command(ARM_DISARM, 1)
+        return result
+
+    def disarm(self) -> None:
+        """Disarm, and see it in the heartbeat."""
+        end_s = time.monotonic() + SETTLE_LIMIT_S
+        while self.heartbeat().base_mode & ARMED:
+            assert time.monotonic() < end_s, "still armed"
+            self.command(ARM_DISARM, 0)
+
+    def set_mode(self, main: int, sub: int) -> None:
+        """Choose a mode, and see it in the heartbeat."""
+        assert self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, main, sub) == 0
+        assert self.heartbeat().custom_mode == main << 16 | sub << 24
+
+    def heartbeat(self) -> Any:
+        """The next heartbeat of the autopilot that was sent after this call; None if there is none in time."""
+        while self.link.recv_match(blocking=False) is not None:
+            pass
+        while (heartbeat := self.receive("HEARTBEAT")) is not None and heartbeat.get_srcComponent() != AUTOPILOT:
+            pass
+        return heartbeat
+
+    def state(self) -> State:
+        """What tests must leave as they found it; raises TimeoutError if the autopilot does not say."""
+        heartbeat = self.heartbeat()
+        parameters = {name: self._parameter_bytes(name) for name in self.set_first}
+        counts = []
+        for kind in (MISSION, FENCE, RALLY):
+            self.mav.mission_request_list_send(self.system, AUTOPILOT, kind)
+            while (count := self.receive("MISSION_COUNT")) is not None and count.mission_type != kind:
+                pass
+            counts.append(count)
+            # Ends the transfer, which would else be busy for some seconds.
+            self.mav.mission_ack_send(self.system, AUTOPILOT, 0, kind)
+        if heartbeat is None or None in counts:
+            raise TimeoutError("the autopilot does not tell its mode and mission counts")
+        mission, fence, rally = (count.count for count in counts)
+        return State(heartbeat.base_mode, heartbeat.custom_mode, parameters, (mission, fence, rally))
