@@ -74,11 +74,13 @@ class Conformance(NamedTuple):
     results: tuple[Result, ...]
     interrupted: bool = False
     """By Ctrl-C: these are the results until then."""
+    left_changed: bool = False
+    """What was put aside could not be given back, as was told when it happened."""
 
     @property
     def status(self) -> int:
         """Exit status."""
-        return INTERRUPTED if self.interrupted else int(self.count(FAILED) > 0)
+        return INTERRUPTED if self.interrupted else int(self.count(FAILED) > 0 or self.left_changed)
 
     def count(self, outcome: str) -> int:
         """How many tests ended so."""
@@ -119,7 +121,14 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
         raise Trouble(keeper.trouble)
     if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED):
         raise Trouble(f"the tests could not be run (pytest's exit status {int(status)})")
-    return Conformance(url, keeper.vehicle, tuple(keeper.results), status == pytest.ExitCode.INTERRUPTED)
+    failed = any(result.outcome == FAILED for result in keeper.results)
+    return Conformance(
+        url,
+        keeper.vehicle,
+        tuple(keeper.results),
+        interrupted=status == pytest.ExitCode.INTERRUPTED,
+        left_changed=status == pytest.ExitCode.TESTS_FAILED and not failed,
+    )
 
 
 def checked_url(url: str) -> str:
@@ -208,15 +217,18 @@ class Keeper:
     def pytest_runtest_logstart(self, nodeid: str) -> None:
         """A test begins."""
         self._stop_if_interrupted()
-        service = _service(self._items[nodeid])
-        if service != self._service:
+        if _service(self._items[nodeid]) != self._service:
             self.end_line()
-            self._service = service
-            self._say(f"{service:<{NAME_WIDTH}} ")
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Set-up, test or clean-up has ended; the last completes the result."""
+        """Set-up, test or clean-up has ended; the last completes the result.
+
+        Lines begin after the set-up: what the first one has to say of the vehicle stands above them.
+        """
         self._phases.append(report)
+        if report.when == "setup" and not self._service:
+            self._service = _service(self._items[report.nodeid])
+            self._say(f"{self._service:<{NAME_WIDTH}} ")
         if report.when != "teardown":
             return
         item, phases, self._phases = self._items[report.nodeid], self._phases, []

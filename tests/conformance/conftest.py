@@ -7,19 +7,23 @@ imported: numbers are PX4's, as literals. README.md says how a test tells what i
 """
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from pymavlink import mavutil
 
+from . import put_aside
 from .station import (
     CUSTOM_MODE_ENABLED,
     DO_SET_MODE,
     HEARD_LIMIT_S,
+    MISSION,
     READY_LIMIT_S,
     SETTLE_LIMIT_S,
     Station,
@@ -41,6 +45,13 @@ MARKERS = (
 def pytest_configure(config: pytest.Config) -> None:
     for marker in MARKERS:
         config.addinivalue_line("markers", marker)
+
+
+def tell(config: pytest.Config, text: str) -> None:
+    """Say a line to whoever runs the tests, past what pytest keeps of their output."""
+    with config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
+        sys.stderr.write(f"sitl-emu: {text}\n")
+        sys.stderr.flush()
 
 
 @pytest.fixture(scope="session")
@@ -70,6 +81,44 @@ def station(url: str) -> Iterator[Station]:
         pytest.exit(f"{url}: {error}", returncode=UNREACHABLE)
     yield found
     found.link.close()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def plans_put_aside(request: pytest.FixtureRequest, station: Station) -> Iterator[None]:
+    """Mission, fence and rally points of a vehicle that is not ours are away while tests of them are run, then back.
+
+    Also after Ctrl-C or a failure. What can't be given back is in files, and so it is if this process is killed.
+    """
+    of_plans = any(item.path.parent.name == put_aside.KINDS[MISSION] for item in request.session.items)
+    try:
+        plans = put_aside.held(station) if of_plans and os.environ.get(URL_VARIABLE) else None
+    except TimeoutError as error:
+        pytest.exit(f"the vehicle's plans can't be put aside, and nothing was tested: {error}", returncode=UNREACHABLE)
+    if not plans:
+        yield
+        return
+    folder = plans.write()
+    try:
+        try:
+            put_aside.take_away(station, plans)
+        except TimeoutError as error:
+            pytest.exit(f"the vehicle's plans can't be put aside: {error}", returncode=UNREACHABLE)
+        yield
+    finally:
+        _give_back(request, station, plans, folder)
+
+
+def _give_back(request: pytest.FixtureRequest, station: Station, plans: put_aside.Plans, folder: Path) -> None:
+    try:
+        put_aside.give_back(station, plans)
+    except BaseException as error:  # a second Ctrl-C, too
+        why = str(error) or type(error).__name__
+        tell(request.config, f"the vehicle's plans could not all be given back ({why}): they are in {folder}")
+        request.session.testsfailed += 1
+        if not isinstance(error, Exception):
+            raise
+    else:
+        shutil.rmtree(folder)
 
 
 @pytest.fixture(scope="module", autouse=True)
