@@ -20,12 +20,16 @@ STATION_PORT_OFFSET, LAST_PORT = 10_000, 65535
 AUTOPILOT = 1
 HEADER_BYTES = 10
 """Of a MAVLink 2 frame."""
+PX4 = 12
+"""MAV_AUTOPILOT_PX4."""
 STANDBY = 3
 ARMED = 128
 ARM_DISARM, DO_SET_MODE = 400, 176
 DENIED = 2
 REQUEST_MESSAGE, AUTOPILOT_VERSION = 512, 148
 CUSTOM_MODE_ENABLED = 1
+HOLD = 4 << 16 | 3 << 24
+"""custom_mode: PX4_CUSTOM_MAIN_MODE_AUTO and _SUB_MODE_AUTO_LOITER (commander/px4_custom_mode.h)."""
 NO_INDEX = 65535
 """param_index of a parameter that is not in the list."""
 MISSION, FENCE, RALLY = 0, 1, 2
@@ -71,6 +75,8 @@ class Station:
         self.mav = self.link.mav
         self.system = 0
         self.vehicle_type = 0
+        self.custom_mode: int | None = None
+        """That it was found in."""
         self.airframe = 0
         """SYS_AUTOSTART."""
         self.vehicle = ""
@@ -80,26 +86,37 @@ class Station:
         self._heartbeat_s = 0.0
 
     def wait_until_ready(self, heard_limit_s: float = HEARD_LIMIT_S) -> None:
-        """Until the autopilot is in standby; raises TimeoutError if it is not heard, or does not get there."""
-        started_s, heard = time.monotonic(), None
-        while (waited_s := time.monotonic() - started_s) < (heard_limit_s if heard is None else READY_LIMIT_S):
-            heartbeat = self.receive("HEARTBEAT", min(1.5, READY_LIMIT_S - waited_s))
-            if heartbeat is None or heartbeat.get_srcComponent() != AUTOPILOT:
-                continue
-            heard = heartbeat
-            if heard.system_status == STANDBY:
-                self.system, self.vehicle_type = heard.get_srcSystem(), heard.type
-                self.vehicle = self._introduced(heard)
-                self.airframe = int.from_bytes(self._parameter_bytes("SYS_AUTOSTART") or b"", "little")
-                return
-        if heard is None:
-            raise TimeoutError(
-                f"no autopilot is heard within {heard_limit_s:.0f} s: is it running, on this port? "
-                "(On a link PX4 answers whom it heard first: if another program spoke there before, restart it)"
-            )
+        """Until the autopilot is in standby; raises TimeoutError if it is not heard, or does not get there.
+
+        Hold is chosen on the way: PX4 is in no standby in a mode that it could not fly, as Position without sticks.
+        """
+        heard = self._heard(heard_limit_s)
+        self.system, self.vehicle_type, self.custom_mode = heard.get_srcSystem(), heard.type, heard.custom_mode
+        end_s = time.monotonic() + READY_LIMIT_S
+        while (elsewhere := heard.autopilot == PX4 and heard.custom_mode != HOLD) or heard.system_status != STANDBY:
+            if time.monotonic() > end_s:
+                raise TimeoutError(
+                    f"the autopilot is not in standby, in Hold (MAV_STATE {heard.system_status}, custom_mode "
+                    f"{heard.custom_mode}) within {READY_LIMIT_S:.0f} s: it must stand disarmed and healthy"
+                )
+            if elsewhere and not heard.base_mode & ARMED:
+                self.mav.command_long_send(
+                    self.system, AUTOPILOT, DO_SET_MODE, 0, CUSTOM_MODE_ENABLED, 4, 3, 0, 0, 0, 0
+                )
+            heard = self.heartbeat() or heard
+        self.vehicle = self._introduced(heard)
+        self.airframe = int.from_bytes(self._parameter_bytes("SYS_AUTOSTART") or b"", "little")
+
+    def _heard(self, limit_s: float) -> Any:
+        """The first heartbeat of an autopilot."""
+        end_s = time.monotonic() + limit_s
+        while (left_s := end_s - time.monotonic()) > 0.0:
+            heartbeat = self.receive("HEARTBEAT", left_s)
+            if heartbeat is not None and heartbeat.get_srcComponent() == AUTOPILOT:
+                return heartbeat
         raise TimeoutError(
-            f"the autopilot is not in standby (MAV_STATE {heard.system_status}) within {READY_LIMIT_S:.0f} s: "
-            "it must stand disarmed and healthy"
+            f"no autopilot is heard within {limit_s:.0f} s: is it running, on this port? "
+            "(On a link PX4 answers whom it heard there first: if another program spoke there before, restart it)"
         )
 
     def _introduced(self, heartbeat: Any) -> str:
@@ -214,6 +231,15 @@ class Station:
         """Choose a mode, and see it in the heartbeat."""
         assert self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, main, sub) == 0
         assert self.heartbeat().custom_mode == main << 16 | sub << 24
+
+    def chooses(self, custom_mode: int) -> bool:
+        """Whether it is in a mode, or gets there when that is asked for; one that is armed is not asked."""
+        end_s = time.monotonic() + SETTLE_LIMIT_S
+        while (heartbeat := self.heartbeat()) is not None and heartbeat.custom_mode != custom_mode:
+            if time.monotonic() > end_s or heartbeat.base_mode & ARMED:
+                return False
+            self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, custom_mode >> 16 & 0xFF, custom_mode >> 24)
+        return heartbeat is not None
 
     def heartbeat(self) -> Any:
         """The next heartbeat of the autopilot that was sent after this call; None if there is none in time."""
