@@ -83,6 +83,13 @@ def station(request: pytest.FixtureRequest, url: str) -> Iterator[Station]:
             found.wait_until_ready(HEARD_LIMIT_S if os.environ.get(URL_VARIABLE) else READY_LIMIT_S)
         except Exception as error:
             pytest.exit(f"{url}: {error}", returncode=UNREACHABLE)
+        if found.others:
+            systems = ", ".join(map(str, found.others))
+            tell(
+                request.config,
+                f"{url}: of several autopilots system {found.system} is measured, as it was heard first; also heard: "
+                f"{systems}; to measure another, give the URL of that vehicle alone, such as udpout:127.0.0.1:18570",
+            )
         yield found
 
 

@@ -13,15 +13,19 @@ from pymavlink import mavutil
 
 HEARD_LIMIT_S = 10.0
 READY_LIMIT_S = 60.0
+OTHERS_S = 1.5
+"""In which every autopilot is heard: they have a heartbeat a second (https://mavlink.io/en/services/heartbeat.html)."""
 REPLY_LIMIT_S = 10.0
 """For what must come: a busy machine is not a wrong autopilot."""
 SETTLE_LIMIT_S = 5.0
 STATION_PORT_OFFSET, LAST_PORT = 10_000, 65535
 AUTOPILOT = 1
-HEADER_BYTES = 10
-"""Of a MAVLink 2 frame."""
+MAVLINK_2, HEADER_BYTES = 0xFD, 10
+"""How a frame of MAVLink 2 begins, and how long its header is."""
 PX4 = 12
 """MAV_AUTOPILOT_PX4."""
+NO_AUTOPILOT = 8
+"""MAV_AUTOPILOT_INVALID, of ground stations and companions."""
 STANDBY = 3
 ARMED = 128
 ARM_DISARM, DO_SET_MODE = 400, 176
@@ -64,6 +68,16 @@ def station_port(port: int) -> int:
     return above if above <= LAST_PORT else port - STATION_PORT_OFFSET
 
 
+def _is_of_an_autopilot(heartbeat: Any) -> bool:
+    return bool(heartbeat.get_srcComponent() == AUTOPILOT and heartbeat.autopilot != NO_AUTOPILOT)
+
+
+def _system_of(message: Any) -> int:
+    """As the frame says: pymavlink reads no header of messages that it does not know."""
+    frame = message.get_msgbuf()
+    return int(frame[5] if frame[0] == MAVLINK_2 else frame[3])
+
+
 class Station:
     """A ground station, 255/190, on one link of an autopilot."""
 
@@ -74,6 +88,9 @@ class Station:
         _speak_from_the_same_port(url, self.link)
         self.mav = self.link.mav
         self.system = 0
+        """Of the autopilot, once it is known: then messages of other systems are dropped."""
+        self.others: list[int] = []
+        """Systems of other autopilots that were heard when this one was."""
         self.vehicle_type = 0
         self.custom_mode: int | None = None
         """That it was found in."""
@@ -91,6 +108,8 @@ class Station:
         Hold is chosen on the way: PX4 is in no standby in a mode that it could not fly, as Position without sticks.
         """
         heard = self._heard(heard_limit_s)
+        others = {each.get_srcSystem() for each in self.collect("HEARTBEAT", OTHERS_S) if _is_of_an_autopilot(each)}
+        self.others = sorted(others - {heard.get_srcSystem()})
         self.system, self.vehicle_type, self.custom_mode = heard.get_srcSystem(), heard.type, heard.custom_mode
         end_s = time.monotonic() + READY_LIMIT_S
         while (elsewhere := heard.autopilot == PX4 and heard.custom_mode != HOLD) or heard.system_status != STANDBY:
@@ -112,7 +131,7 @@ class Station:
         end_s = time.monotonic() + limit_s
         while (left_s := end_s - time.monotonic()) > 0.0:
             heartbeat = self.receive("HEARTBEAT", left_s)
-            if heartbeat is not None and heartbeat.get_srcComponent() == AUTOPILOT:
+            if heartbeat is not None and _is_of_an_autopilot(heartbeat):
                 return heartbeat
         raise TimeoutError(
             f"no autopilot is heard within {limit_s:.0f} s: is it running, on this port? "
@@ -139,14 +158,14 @@ class Station:
         return None
 
     def receive(self, name: str | list[str], limit_s: float = REPLY_LIMIT_S) -> Any:
-        """The next message of a name from the autopilot, or None; heartbeats go out meanwhile."""
+        """The next message of a name from the autopilot's system, or None; heartbeats go out meanwhile."""
         end_s = time.monotonic() + limit_s
         while (left_s := end_s - time.monotonic()) > 0.0:
             if time.monotonic() - self._heartbeat_s > 1.0:
                 self._heartbeat_s = time.monotonic()
                 self.mav.heartbeat_send(6, 8, 0, 0, 0)
             message = self.link.recv_match(type=name, blocking=True, timeout=min(left_s, 0.5))
-            if message is not None:
+            if message is not None and self.system in (0, _system_of(message)):
                 return message
         return None
 

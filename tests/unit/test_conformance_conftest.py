@@ -50,6 +50,7 @@ class Vehicle(Station):
 def short_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stations, "READY_LIMIT_S", 0.05)
     monkeypatch.setattr(stations, "SETTLE_LIMIT_S", 0.05)
+    monkeypatch.setattr(stations, "OTHERS_S", 0.05)
 
 
 def nothing_is_told(text: str) -> None:

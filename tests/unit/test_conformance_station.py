@@ -1,0 +1,81 @@
+"""The conformance tests' ground station: whom it hears."""
+
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from pymavlink.dialects.v20 import common
+
+from tests.conformance import station as stations
+from tests.conformance.station import Station
+
+PX4, INVALID, STANDBY = 12, 8, 3
+HOLD = 4 << 16 | 3 << 24
+
+
+class Air:
+    """Where systems speak, to a station that listens."""
+
+    def __init__(self, port: int) -> None:
+        self._to = ("127.0.0.1", port)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+    def say(self, system: int, message: Any) -> None:
+        self._socket.sendto(message.pack(common.MAVLink(None, srcSystem=system, srcComponent=1)), self._to)
+
+    def beat(self, system: int, autopilot: int = PX4) -> None:
+        self.say(system, common.MAVLink_heartbeat_message(2, autopilot, 29, HOLD, STANDBY, 3))
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+@pytest.fixture
+def heard(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Station, Air]]:
+    monkeypatch.setenv("MAVLINK20", "1")
+    monkeypatch.setattr(stations, "OTHERS_S", 0.2)
+    for question in ("_introduced", "_parameter_bytes"):  # nobody answers here
+        monkeypatch.setattr(Station, question, lambda *_: None)
+    station = Station("udpin:127.0.0.1:0")
+    air = Air(station.link.port.getsockname()[1])
+    yield station, air
+    air.close()
+    station.link.close()
+
+
+def test_of_several_autopilots_the_first_is_taken_and_the_others_are_named(heard: tuple[Station, Air]) -> None:
+    station, air = heard
+    air.beat(255, INVALID)
+    for system in (2, 3, 1):
+        air.beat(system)
+    station.wait_until_ready(1.0)
+    assert (station.system, station.others) == (2, [1, 3])
+
+
+def test_messages_of_other_systems_are_dropped_once_the_autopilot_is_known(heard: tuple[Station, Air]) -> None:
+    station, air = heard
+    station.system = 1
+    for system in (2, 1):
+        air.say(system, common.MAVLink_attitude_message(system, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert station.receive("ATTITUDE", 0.5).time_boot_ms == 1
+    assert station.receive("ATTITUDE", 0.1) is None
+
+
+class Unknown(common.MAVLink_message):  # type: ignore[misc]
+    """EVENT, which pymavlink does not know."""
+
+    def __init__(self) -> None:
+        super().__init__(410, "EVENT")
+
+    def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
+        return bytes(self._pack(mav, 160, bytes(range(1, 20)), force_mavlink1))
+
+
+def test_a_message_that_pymavlink_does_not_know_is_told_from_one_of_another_system(heard: tuple[Station, Air]) -> None:
+    station, air = heard
+    station.system = 1
+    air.say(2, Unknown())
+    assert station.receive("UNKNOWN_410", 0.1) is None
+    air.say(1, Unknown())
+    assert station.receive("UNKNOWN_410", 0.5) is not None
