@@ -374,7 +374,7 @@ def conformance(
         typer.Argument(
             metavar="URL",
             help="Where the autopilot is, as pymavlink writes it: udpout:127.0.0.1:18570 for a vehicle of `launch`, "
-            "udpin:0.0.0.0:14550, or /dev/ttyACM0.",
+            "udpin:0.0.0.0:14550, /dev/ttyACM0, or /dev/ttyUSB0:57600 with a baud rate.",
         ),
     ],
     service: Annotated[

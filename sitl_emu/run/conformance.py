@@ -139,12 +139,17 @@ def checked_url(url: str) -> str:
     if kind in NETWORK_LINKS and host and is_port(port):
         check_host(host, url)
         return address
-    if address.startswith("/") and not Path(address).exists():
-        raise Trouble(f"{address}: there is no such device; is it plugged in? `ls /dev/tty*` lists those there are")
-    if not Path(address).is_char_device():
+    device = address
+    if address.startswith("/") and ":" in address and not Path(address).exists():  # it may have colons in its own name
+        device, _, baud = address.rpartition(":")
+        if not (baud.isascii() and baud.isdecimal() and int(baud)):
+            raise Trouble(f"{address}: {baud!r}; allowed: a baud rate, as in /dev/ttyUSB0:57600")
+    if device.startswith("/") and not Path(device).exists():
+        raise Trouble(f"{device}: there is no such device; is it plugged in? `ls /dev/tty*` lists those there are")
+    if not Path(device).is_char_device():
         raise Trouble(
             f"{url or 'an empty URL'}: not where an autopilot is; give udpout:127.0.0.1:18570, udpin:0.0.0.0:14550, "
-            "tcp:HOST:PORT or a serial device, such as /dev/ttyACM0"
+            "tcp:HOST:PORT or a serial device, such as /dev/ttyACM0 or, with its baud rate, /dev/ttyUSB0:57600"
         )
     if importlib.util.find_spec("serial") is None:
         raise Trouble(f"{address}: a serial link needs pyserial: pip install pyserial")

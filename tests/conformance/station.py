@@ -7,6 +7,7 @@ import contextlib
 import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from pymavlink import mavutil
@@ -18,6 +19,8 @@ OTHERS_S = 1.5
 REPLY_LIMIT_S = 10.0
 """For what must come: a busy machine is not a wrong autopilot."""
 SETTLE_LIMIT_S = 5.0
+DEFAULT_BAUD = 115200
+"""pymavlink's; on USB it does not matter."""
 STATION_PORT_OFFSET, LAST_PORT = 10_000, 65535
 AUTOPILOT = 1
 MAVLINK_2, HEADER_BYTES = 0xFD, 10
@@ -78,13 +81,27 @@ def _system_of(message: Any) -> int:
     return int(frame[5] if frame[0] == MAVLINK_2 else frame[3])
 
 
+def device_and_baud(url: str) -> tuple[str, int]:
+    """A serial device and its baud rate, of DEVICE or DEVICE:BAUD; 0 for what is no serial device.
+
+    A device may have colons in its own name (/dev/serial/by-path).
+    """
+    if not url.startswith("/"):
+        return url, 0
+    device, _, baud = url.rpartition(":")
+    return (url, DEFAULT_BAUD) if Path(url).exists() or not device else (device, int(baud))
+
+
 class Station:
     """A ground station, 255/190, on one link of an autopilot."""
 
     def __init__(self, url: str) -> None:
         # MAVLink 2 from the first message on: pymavlink would begin with 1, which has no mission types and no events.
         os.environ["MAVLINK20"] = "1"
-        self.link: Any = mavutil.mavlink_connection(url, source_system=255, source_component=190, dialect="common")
+        device, self.baud = device_and_baud(url)
+        self.link: Any = mavutil.mavlink_connection(
+            device, self.baud or DEFAULT_BAUD, source_system=255, source_component=190, dialect="common"
+        )
         _speak_from_the_same_port(url, self.link)
         self.mav = self.link.mav
         self.system = 0
@@ -133,8 +150,9 @@ class Station:
             heartbeat = self.receive("HEARTBEAT", left_s)
             if heartbeat is not None and _is_of_an_autopilot(heartbeat):
                 return heartbeat
+        rate = f" at {self.baud} baud" if self.baud else ""
         raise TimeoutError(
-            f"no autopilot is heard within {limit_s:.0f} s: is it running, on this port? "
+            f"no autopilot is heard within {limit_s:.0f} s{rate}: is it running, on this port? "
             "(On a link PX4 answers whom it heard there first: if another program spoke there before, restart it)"
         )
 

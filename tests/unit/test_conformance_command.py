@@ -90,6 +90,12 @@ def test_a_url_as_mavsdk_writes_it_is_taken_too() -> None:
     assert conformance.checked_url("/dev/null") == "/dev/null"
 
 
+def test_a_serial_device_is_taken_with_its_baud_rate() -> None:
+    assert conformance.checked_url("/dev/null:57600") == "/dev/null:57600"
+    assert "/dev/null:fast: 'fast'; allowed: a baud rate" in refused("/dev/null:fast", "--service", "ping")
+    assert "/dev/ttyNONE: there is no such device" in refused("/dev/ttyNONE:57600", "--service", "ping")
+
+
 def test_a_serial_device_needs_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "serial" else found(name))

@@ -1,14 +1,16 @@
 """The conformance tests' ground station: whom it hears."""
 
+import os
 import socket
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from pymavlink.dialects.v20 import common
 
 from tests.conformance import station as stations
-from tests.conformance.station import Station
+from tests.conformance.station import Station, device_and_baud
 
 PX4, INVALID, STANDBY = 12, 8, 3
 HOLD = 4 << 16 | 3 << 24
@@ -60,6 +62,24 @@ def test_messages_of_other_systems_are_dropped_once_the_autopilot_is_known(heard
         air.say(system, common.MAVLink_attitude_message(system, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert station.receive("ATTITUDE", 0.5).time_boot_ms == 1
     assert station.receive("ATTITUDE", 0.1) is None
+
+
+def test_a_serial_link_is_opened_at_its_baud_rate_which_is_named_where_nothing_is_heard(tmp_path: Path) -> None:
+    near, far = os.openpty()
+    device = os.ttyname(far)
+    try:
+        station = Station(f"{device}:57600")
+        assert (station.link.device, station.link.port.baudrate) == (device, 57600)
+        with pytest.raises(TimeoutError, match=r"no autopilot is heard within 0 s at 57600 baud: is it running"):
+            station.wait_until_ready(0.1)
+        station.link.close()
+    finally:
+        for each in (near, far):
+            os.close(each)
+    of_colons = tmp_path / "usb-0:1:1.0"
+    of_colons.touch()
+    assert device_and_baud(str(of_colons)) == (str(of_colons), 115200)
+    assert device_and_baud("udpin:0.0.0.0:14550") == ("udpin:0.0.0.0:14550", 0)
 
 
 class Unknown(common.MAVLink_message):  # type: ignore[misc]
