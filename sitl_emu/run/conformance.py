@@ -23,7 +23,7 @@ CARRIED = Path(__file__).parents[1] / "conformance"
 """Where a wheel has the tests (setup.py); in a checkout they are in `tests/`."""
 FOLDER = CARRIED if CARRIED.is_dir() else Path(__file__).parents[2] / "tests/conformance"
 PREFIX = "test_"
-URL_VARIABLE = "SITL_EMU_CONFORMANCE_URL"
+URL_VARIABLE, FORCE_VARIABLE = "SITL_EMU_CONFORMANCE_URL", "SITL_EMU_CONFORMANCE_FORCE"
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 MARKS = {PASSED: ".", FAILED: "F", SKIPPED: "-"}
 NAME_WIDTH = 24
@@ -94,9 +94,10 @@ def services() -> dict[str, Path]:
     return dict(sorted((files | folders).items()))
 
 
-def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conformance:
+def measure(url: str, wanted: Iterable[str], say: Callable[[str], None], force: bool = False) -> Conformance:
     """Run the tests of these services (of all, if none is named) and say how it goes.
 
+    `force`: also where what is heard is no PX4 v1.18, and may fly or move.
     `say` gets pieces of text without line ends of its own. Raises Trouble where there is nothing to measure.
     """
     known = services()
@@ -106,16 +107,8 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
             raise Trouble(f"--service {service}: there is no such service; there are {', '.join(known)}")
     url = checked_url(url)
     keeper = Keeper(say)
-    before = os.environ.get(URL_VARIABLE)
-    os.environ[URL_VARIABLE] = url
-    try:
-        with keeper.interruptible():
-            status = pytest.main([*options(), *(str(known[service]) for service in chosen)], [keeper])
-    finally:
-        if before is None:
-            del os.environ[URL_VARIABLE]
-        else:
-            os.environ[URL_VARIABLE] = before
+    with keeper.interruptible(), _environment({URL_VARIABLE: url, FORCE_VARIABLE: "1" if force else ""}):
+        status = pytest.main([*options(), *(str(known[service]) for service in chosen)], [keeper])
     keeper.end_line()
     if keeper.trouble:
         raise Trouble(keeper.trouble)
@@ -129,6 +122,21 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None]) -> Conf
         interrupted=status == pytest.ExitCode.INTERRUPTED,
         left_changed=status == pytest.ExitCode.TESTS_FAILED and not failed,
     )
+
+
+@contextlib.contextmanager
+def _environment(values: dict[str, str]) -> Iterator[None]:
+    """With these variables; then as it was."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def checked_url(url: str) -> str:

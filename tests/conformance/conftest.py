@@ -29,7 +29,8 @@ from .station import (
     Station,
 )
 
-URL_VARIABLE = "SITL_EMU_CONFORMANCE_URL"
+URL_VARIABLE, FORCE_VARIABLE = "SITL_EMU_CONFORMANCE_URL", "SITL_EMU_CONFORMANCE_FORCE"
+"""What `sitl-emu conformance` is given, its --force as 1."""
 INSTANCE = 60
 """Other tests run beside these: every folder has its own instances."""
 UNREACHABLE = 2
@@ -83,14 +84,26 @@ def station(request: pytest.FixtureRequest, url: str) -> Iterator[Station]:
             found.wait_until_ready(HEARD_LIMIT_S if os.environ.get(URL_VARIABLE) else READY_LIMIT_S)
         except Exception as error:
             pytest.exit(f"{url}: {error}", returncode=UNREACHABLE)
-        if found.others:
-            systems = ", ".join(map(str, found.others))
-            tell(
-                request.config,
-                f"{url}: of several autopilots system {found.system} is measured, as it was heard first; also heard: "
-                f"{systems}; to measure another, give the URL of that vehicle alone, such as udpout:127.0.0.1:18570",
-            )
+        say_whom(found, url, partial(tell, request.config))
         yield found
+
+
+def say_whom(station: Station, url: str, say: Callable[[str], None]) -> None:
+    """Name what else is heard, and a stranger, with whom the run ends unless it is forced."""
+    if station.others:
+        say(
+            f"{url}: of several autopilots system {station.system} is measured, as it was heard first; also heard: "
+            f"{', '.join(map(str, station.others))}; to measure another, give the URL of that vehicle alone, "
+            "such as udpout:127.0.0.1:18570"
+        )
+    if station.stranger:
+        warning = (
+            f"{url}: this is {station.stranger}: verdicts are those of PX4 v1.18's behaviour, and what that denies may "
+            "make this one fly or move"
+        )
+        if not os.environ.get(FORCE_VARIABLE):
+            pytest.exit(f"{warning}; secure it and give --force to go on", returncode=UNREACHABLE)
+        say(warning)
 
 
 @contextlib.contextmanager

@@ -25,6 +25,9 @@ STATION_PORT_OFFSET, LAST_PORT = 10_000, 65535
 AUTOPILOT = 1
 MAVLINK_2, HEADER_BYTES = 0xFD, 10
 """How a frame of MAVLink 2 begins, and how long its header is."""
+MEASURED_RELEASE = (1, 18)
+"""Of PX4, whose answers are those expected here."""
+VERSION_S, VERSION_TRIES = 3.0, 3
 PX4 = 12
 """MAV_AUTOPILOT_PX4."""
 NO_AUTOPILOT = 8
@@ -115,6 +118,8 @@ class Station:
         """SYS_AUTOSTART."""
         self.vehicle = ""
         """What it is, in words: version, kind, system id."""
+        self.stranger = ""
+        """The same if that is not PX4 v1.18 or later: what is denied here, it may do."""
         self.set_first: dict[str, bytes | None] = {}
         """Parameters that tests have set, with the bytes of the values they had."""
         self._heartbeat_s = 0.0
@@ -162,10 +167,16 @@ class Station:
             names[number].name if number in names else str(number)
             for names, number in zip(kinds, (heartbeat.autopilot, heartbeat.type), strict=True)
         )
-        self.mav.command_long_send(self.system, AUTOPILOT, REQUEST_MESSAGE, 0, AUTOPILOT_VERSION, *(0.0,) * 6)
-        version = self.receive("AUTOPILOT_VERSION")
-        release = "" if version is None else " " + ".".join(map(str, version.flight_sw_version.to_bytes(4)[:3]))
-        return f"{autopilot.removeprefix('MAV_AUTOPILOT_')}{release}, {kind}, system {self.system}"
+        for _ in range(VERSION_TRIES):
+            self.mav.command_long_send(self.system, AUTOPILOT, REQUEST_MESSAGE, 0, AUTOPILOT_VERSION, *(0.0,) * 6)
+            version = self.receive("AUTOPILOT_VERSION", VERSION_S)
+            if version is not None:
+                break
+        release = () if version is None else tuple(version.flight_sw_version.to_bytes(4)[:3])
+        told = " ".join([autopilot.removeprefix("MAV_AUTOPILOT_"), *([".".join(map(str, release))] if release else [])])
+        if heartbeat.autopilot != PX4 or release < MEASURED_RELEASE:
+            self.stranger = told if release else f"{told} of a version that it does not tell"
+        return f"{told}, {kind}, system {self.system}"
 
     def _parameter_bytes(self, name: str) -> bytes | None:
         """The four bytes of a parameter's value, or None if the autopilot does not tell it."""

@@ -88,15 +88,19 @@ def asked(station: Any, first: int, last: int) -> tuple[list[int], list[tuple[in
 )
 def test_arming_and_disarming_are_events_and_can_be_asked_for_again(station: Any) -> None:
     found = {}
-    for param, number in ((1, ARMED), (0, DISARMED)):
-        station.mav.command_long_send(station.system, 1, ARM_DISARM, 0, param, *(0.0,) * 6)
-        while (message := station.receive(EVENT)) is not None:
-            heard = event(message)
-            if heard.id == number:
-                found[number] = heard
-                assert (heard.log_levels, heard.system, heard.component) == (INFO_INFO, 0, 0)
-                assert heard.arguments[0] == EXTERNAL_COMMAND
-                break
+    try:
+        for param, number in ((1, ARMED), (0, DISARMED)):
+            station.mav.command_long_send(station.system, 1, ARM_DISARM, 0, param, *(0.0,) * 6)
+            while (message := station.receive(EVENT)) is not None:
+                heard = event(message)
+                if heard.id == number:
+                    found[number] = heard
+                    assert (heard.log_levels, heard.system, heard.component) == (INFO_INFO, 0, 0)
+                    assert heard.arguments[0] == EXTERNAL_COMMAND
+                    break
+    finally:
+        if DISARMED not in found:
+            station.disarm()
     assert set(found) == {ARMED, DISARMED}
     assert asked(station, found[ARMED].sequence, found[ARMED].sequence) == ([found[ARMED].sequence], [])
 

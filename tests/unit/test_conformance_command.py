@@ -142,6 +142,25 @@ def test_a_url_that_pymavlink_does_not_take_is_told_in_a_line() -> None:
     assert "udpout:nowhere" in refused("udpout:nowhere", "--service", "ping")
 
 
+def test_the_tests_are_told_url_and_force_and_the_environment_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(conformance.URL_VARIABLE, "udp:mine")
+    monkeypatch.delenv(conformance.FORCE_VARIABLE, raising=False)
+    seen = list[dict[str, str]]()
+
+    def main(*_: object) -> pytest.ExitCode:
+        seen.append(dict(os.environ))
+        return pytest.ExitCode.OK
+
+    monkeypatch.setattr(pytest, "main", main)
+    conformance.measure("udpout:127.0.0.1:9", ["ping"], lambda _: None, force=True)
+    assert [seen[0][name] for name in (conformance.URL_VARIABLE, conformance.FORCE_VARIABLE)] == [
+        "udpout:127.0.0.1:9",
+        "1",
+    ]
+    assert os.environ[conformance.URL_VARIABLE] == "udp:mine"
+    assert conformance.FORCE_VARIABLE not in os.environ
+
+
 def run_of(*results: Result) -> Conformance:
     return Conformance("udpout:127.0.0.1:18570", "PX4 1.18.0, MAV_TYPE_HEXAROTOR, system 1", results)
 

@@ -1,4 +1,4 @@
-"""What stands around the conformance tests: the mode that they are run in."""
+"""What stands around the conformance tests: whom they measure, and in which mode."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.conformance import station as stations
-from tests.conformance.conftest import mode_kept
+from tests.conformance.conftest import FORCE_VARIABLE, UNREACHABLE, mode_kept, say_whom
 from tests.conformance.station import DO_SET_MODE, HOLD, STANDBY, Station
 
 POSITION, UNINIT = 3 << 16, 0
@@ -82,3 +82,15 @@ def test_one_that_does_not_take_hold_or_is_armed_is_left_alone(takes_modes: bool
     with pytest.raises(TimeoutError, match="not in standby, in Hold"):
         measured(vehicle)
     assert vehicle.mode == POSITION
+
+
+def test_a_stranger_is_measured_by_force_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    stranger: Any = SimpleNamespace(others=[], stranger="PX4 1.15.4")
+    warning = "udp: this is PX4 1.15.4: verdicts are those of PX4 v1.18's behaviour, and what that denies may make "
+    with pytest.raises(pytest.exit.Exception, match=warning) as ended:
+        say_whom(stranger, "udp", nothing_is_told)
+    assert ended.value.returncode == UNREACHABLE
+    told = list[str]()
+    monkeypatch.setenv(FORCE_VARIABLE, "1")
+    say_whom(stranger, "udp", told.append)
+    assert told[0].startswith(warning)

@@ -4,6 +4,7 @@ import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,7 +13,7 @@ from pymavlink.dialects.v20 import common
 from tests.conformance import station as stations
 from tests.conformance.station import Station, device_and_baud
 
-PX4, INVALID, STANDBY = 12, 8, 3
+PX4, ARDUPILOT, INVALID, STANDBY = 12, 3, 8, 3
 HOLD = 4 << 16 | 3 << 24
 
 
@@ -80,6 +81,26 @@ def test_a_serial_link_is_opened_at_its_baud_rate_which_is_named_where_nothing_i
     of_colons.touch()
     assert device_and_baud(str(of_colons)) == (str(of_colons), 115200)
     assert device_and_baud("udpin:0.0.0.0:14550") == ("udpin:0.0.0.0:14550", 0)
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "version", "stranger"),
+    [
+        (PX4, (1, 18, 0), ""),
+        (PX4, (1, 19, 0), ""),
+        (PX4, (1, 17, 3), "PX4 1.17.3"),
+        (ARDUPILOT, (4, 6, 0), "ARDUPILOTMEGA 4.6.0"),
+        (PX4, None, "PX4 of a version that it does not tell"),
+    ],
+)
+def test_who_is_no_px4_of_this_release_is_a_stranger(
+    autopilot: int, version: tuple[int, int, int] | None, stranger: str
+) -> None:
+    answer = None if version is None else SimpleNamespace(flight_sw_version=int.from_bytes(bytes((*version, 255))))
+    mav = SimpleNamespace(command_long_send=lambda *_: None)
+    station: Any = SimpleNamespace(system=1, mav=mav, receive=lambda *_: answer, stranger="")
+    Station._introduced(station, SimpleNamespace(autopilot=autopilot, type=2))
+    assert station.stranger == stranger
 
 
 class Unknown(common.MAVLink_message):  # type: ignore[misc]
