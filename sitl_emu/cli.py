@@ -412,6 +412,8 @@ def conformance(
             conformance_report.write(report, run)
     except Trouble as error:
         refuse(str(error))
+    if run.trouble:
+        refuse(run.trouble)
     raise typer.Exit(run.status)
 
 

@@ -28,7 +28,8 @@ PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 MARKS = {PASSED: ".", FAILED: "F", SKIPPED: "-"}
 NAME_WIDTH = 24
 MESSAGE_LINES = 3
-INTERRUPTED = 130
+ENDED_EARLY, INTERRUPTED = 2, 130
+"""Exit status."""
 NETWORK_LINKS = ("udpout", "udpin", "udp", "udpbcast", "tcp", "tcpin")
 """Kinds of link in pymavlink's URLs."""
 
@@ -76,10 +77,14 @@ class Conformance(NamedTuple):
     """By Ctrl-C: these are the results until then."""
     left_changed: bool = False
     """What was put aside could not be given back, as was told when it happened."""
+    trouble: str = ""
+    """What ended it early: these are the results until then."""
 
     @property
     def status(self) -> int:
         """Exit status."""
+        if self.trouble:
+            return ENDED_EARLY
         return INTERRUPTED if self.interrupted else int(self.count(FAILED) > 0 or self.left_changed)
 
     def count(self, outcome: str) -> int:
@@ -110,17 +115,19 @@ def measure(url: str, wanted: Iterable[str], say: Callable[[str], None], force: 
     with keeper.interruptible(), _environment({URL_VARIABLE: url, FORCE_VARIABLE: "1" if force else ""}):
         status = pytest.main([*options(), *(str(known[service]) for service in chosen)], [keeper])
     keeper.end_line()
-    if keeper.trouble:
+    if keeper.trouble and not keeper.results:
         raise Trouble(keeper.trouble)
-    if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED):
+    known_ends = (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED)
+    if status not in known_ends and not keeper.trouble:
         raise Trouble(f"the tests could not be run (pytest's exit status {int(status)})")
     failed = any(result.outcome == FAILED for result in keeper.results)
     return Conformance(
         url,
         keeper.vehicle,
         tuple(keeper.results),
-        interrupted=status == pytest.ExitCode.INTERRUPTED,
+        interrupted=status == pytest.ExitCode.INTERRUPTED and not keeper.trouble,
         left_changed=status == pytest.ExitCode.TESTS_FAILED and not failed,
+        trouble=keeper.trouble,
     )
 
 

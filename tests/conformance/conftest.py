@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from pymavlink import mavutil
 from . import put_aside
 from .station import (
     HEARD_LIMIT_S,
+    LOST,
     MISSION,
     READY_LIMIT_S,
     SETTLE_LIMIT_S,
@@ -35,6 +36,7 @@ INSTANCE = 60
 """Other tests run beside these: every folder has its own instances."""
 UNREACHABLE = 2
 """Exit status of a run that found no autopilot to measure."""
+STATION = pytest.StashKey[Station]()
 MARKERS = (
     'covers(*names, source): messages ("PARAM_SET") and commands ("MAV_CMD_DO_SET_HOME") that a test is about, '
     "and where its expectation comes from",
@@ -53,6 +55,31 @@ def tell(config: pytest.Config, text: str) -> None:
     with config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
         sys.stderr.write(f"sitl-emu: {text}\n")
         sys.stderr.flush()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Where a test has failed and no heartbeat is heard any more, the others would fail as well: the run ends."""
+    failed = item.session.testsfailed
+    done = yield
+    station = item.config.stash.get(STATION, None)
+    if station is not None and item.session.testsfailed > failed and station.loses():
+        pytest.exit(f"{LOST} after test {item.path.stem}::{item.name}", returncode=UNREACHABLE)
+    return done
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_sessionfinish(session: pytest.Session) -> Generator[None, object, object]:
+    """What can't be cleaned up where a run ends early is told in a line."""
+    try:
+        return (yield)
+    except Exception as error:
+        station = session.config.stash.get(STATION, None)
+        if isinstance(error, pytest.exit.Exception) or station is None:
+            raise
+        if not station.is_lost:
+            tell(session.config, f"the vehicle may not be as it was found: {error}")
+        return None
 
 
 @pytest.fixture(scope="session")
@@ -79,6 +106,7 @@ def station(request: pytest.FixtureRequest, url: str) -> Iterator[Station]:
         found = Station(url)
     except Exception as error:  # pymavlink raises whatever its kinds of link raise
         pytest.exit(f"{url}: {error}", returncode=UNREACHABLE)
+    request.config.stash[STATION] = found
     with contextlib.closing(found.link), mode_kept(found, partial(tell, request.config)):
         try:
             found.wait_until_ready(HEARD_LIMIT_S if os.environ.get(URL_VARIABLE) else READY_LIMIT_S)
@@ -112,8 +140,9 @@ def mode_kept(station: Station, say: Callable[[str], None]) -> Iterator[None]:
     try:
         yield
     finally:
-        if station.custom_mode is not None and not station.chooses(station.custom_mode):
-            say(f"the vehicle does not go back to the mode that it was found in (custom_mode {station.custom_mode})")
+        mode = None if station.is_lost else station.custom_mode
+        if mode is not None and not station.chooses(mode):
+            say(f"the vehicle does not go back to the mode that it was found in (custom_mode {mode})")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -43,6 +43,7 @@ HOLD = 4 << 16 | 3 << 24
 NO_INDEX = 65535
 """param_index of a parameter that is not in the list."""
 MISSION, FENCE, RALLY = 0, 1, 2
+LOST = "the autopilot was lost"
 
 
 class State(NamedTuple):
@@ -53,8 +54,8 @@ class State(NamedTuple):
     parameters: dict[str, bytes | None]
     """Values of those that tests have set. Others are PX4's own affair: it keeps what it learns (EKF2_MAG_DECL,
     COM_FLIGHT_UUID), and its list grows when a module starts."""
-    items: tuple[int, int, int]
-    """How many the mission, the fence and the rally points have."""
+    items: tuple[int, ...]
+    """How many the mission, the fence and the rally points have, those of them that the autopilot knows."""
 
 
 def _speak_from_the_same_port(url: str, link: Any) -> None:
@@ -95,6 +96,15 @@ def device_and_baud(url: str) -> tuple[str, int]:
     return (url, DEFAULT_BAUD) if Path(url).exists() or not device else (device, int(baud))
 
 
+class Tcp(mavutil.mavtcp):  # type: ignore[misc]
+    """A connection whose end is told: pymavlink would go on reading nothing, as fast as it can."""
+
+    def handle_eof(self) -> None:
+        raise ConnectionError("the autopilot has closed the connection")
+
+    handle_disconnect = handle_eof
+
+
 class Station:
     """A ground station, 255/190, on one link of an autopilot."""
 
@@ -102,8 +112,12 @@ class Station:
         # MAVLink 2 from the first message on: pymavlink would begin with 1, which has no mission types and no events.
         os.environ["MAVLINK20"] = "1"
         device, self.baud = device_and_baud(url)
-        self.link: Any = mavutil.mavlink_connection(
-            device, self.baud or DEFAULT_BAUD, source_system=255, source_component=190, dialect="common"
+        mavutil.set_dialect("common")
+        us = {"source_system": 255, "source_component": 190}
+        self.link: Any = (
+            Tcp(device.removeprefix("tcp:"), **us)
+            if device.startswith("tcp:")
+            else mavutil.mavlink_connection(device, self.baud or DEFAULT_BAUD, **us)
         )
         _speak_from_the_same_port(url, self.link)
         self.mav = self.link.mav
@@ -120,6 +134,9 @@ class Station:
         """What it is, in words: version, kind, system id."""
         self.stranger = ""
         """The same if that is not PX4 v1.18 or later: what is denied here, it may do."""
+        self.is_lost = False
+        self._kinds: tuple[int, ...] | None = None
+        """Of plans that the autopilot knows, once it was asked."""
         self.set_first: dict[str, bytes | None] = {}
         """Parameters that tests have set, with the bytes of the values they had."""
         self._heartbeat_s = 0.0
@@ -188,6 +205,8 @@ class Station:
 
     def receive(self, name: str | list[str], limit_s: float = REPLY_LIMIT_S) -> Any:
         """The next message of a name from the autopilot's system, or None; heartbeats go out meanwhile."""
+        if self.is_lost:
+            raise ConnectionError(LOST)
         end_s = time.monotonic() + limit_s
         while (left_s := end_s - time.monotonic()) > 0.0:
             if time.monotonic() - self._heartbeat_s > 1.0:
@@ -301,15 +320,29 @@ class Station:
         """What tests must leave as they found it; raises TimeoutError if the autopilot does not say."""
         heartbeat = self.heartbeat()
         parameters = {name: self._parameter_bytes(name) for name in self.set_first}
-        counts = []
-        for kind in (MISSION, FENCE, RALLY):
-            self.mav.mission_request_list_send(self.system, AUTOPILOT, kind)
-            while (count := self.receive("MISSION_COUNT")) is not None and count.mission_type != kind:
-                pass
-            counts.append(count)
-            # Ends the transfer, which would else be busy for some seconds.
-            self.mav.mission_ack_send(self.system, AUTOPILOT, 0, kind)
-        if heartbeat is None or None in counts:
+        counts = {
+            kind: self._announced(kind) for kind in ((MISSION, FENCE, RALLY) if self._kinds is None else self._kinds)
+        }
+        if self._kinds is None:
+            self._kinds = tuple(kind for kind, count in counts.items() if count is not None)
+        told = tuple(count for count in counts.values() if count is not None)
+        if heartbeat is None or len(told) < len(self._kinds):
             raise TimeoutError("the autopilot does not tell its mode and mission counts")
-        mission, fence, rally = (count.count for count in counts)
-        return State(heartbeat.base_mode, heartbeat.custom_mode, parameters, (mission, fence, rally))
+        return State(heartbeat.base_mode, heartbeat.custom_mode, parameters, told)
+
+    def _announced(self, kind: int) -> int | None:
+        """How many items a plan has, or None if the autopilot does not say."""
+        self.mav.mission_request_list_send(self.system, AUTOPILOT, kind)
+        while (count := self.receive("MISSION_COUNT")) is not None and count.mission_type != kind:
+            pass
+        # Ends the transfer, which would else be busy for some seconds.
+        self.mav.mission_ack_send(self.system, AUTOPILOT, 0, kind)
+        return None if count is None else int(count.count)
+
+    def loses(self) -> bool:
+        """Whether the autopilot is not heard any more; then nothing is asked of it again."""
+        try:
+            self.is_lost = self.heartbeat() is None
+        except Exception:  # whatever pymavlink's kinds of link raise
+            self.is_lost = True
+        return self.is_lost

@@ -36,6 +36,25 @@ def test_an_autopilot_that_is_not_there_is_told_in_a_line() -> None:
     assert run.stderr.count("\n") == 1
 
 
+def test_an_autopilot_that_goes_away_ends_the_run_with_what_came_out_until_then() -> None:
+    url = f"udpout:127.0.0.1:{18570 + INSTANCE}"
+    command = [sys.executable, "-P", "-m", "sitl_emu", "conformance", url]
+    with launched("rover", "--instance", str(INSTANCE)):
+        run = subprocess.Popen(
+            [*command, "--service", "ping", "--service", "message_interval"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert run.stdout is not None
+        assert run.stdout.readline().split() == ["ping", "..", "2", "of", "2", "passed"]
+    told, trouble = run.communicate(timeout=LIMIT_S)
+    assert run.returncode == 2
+    assert "1 failed" in told.splitlines()[-1]
+    assert trouble.startswith("sitl-emu: the autopilot was lost after test test_message_interval::test_")
+    assert trouble.count("\n") == 1
+
+
 def test_a_camera_and_a_gimbal_speak_their_protocols() -> None:
     with launched("m600", "--instance", str(INSTANCE)):
         run = conformance(f"udpout:127.0.0.1:{18570 + INSTANCE}", "--service", "camera", "--service", "gimbal_manager")

@@ -206,6 +206,7 @@ def test_the_exit_status_tells_passed_failed_and_interrupted() -> None:
     interrupted = passed._replace(interrupted=True)
     assert (passed.status, failed.status, interrupted.status) == (0, 1, 130)
     assert "interrupted after 2 tests" in "\n".join(conformance.summary(interrupted))
+    assert (passed._replace(left_changed=True).status, failed._replace(trouble="lost").status) == (1, 2)
 
 
 def test_what_there_is_to_test_comes_from_the_services_and_the_streams() -> None:

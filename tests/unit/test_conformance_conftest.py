@@ -22,7 +22,7 @@ class Vehicle(Station):
         self.mav: Any = self
         self.custom_mode = None
         self.mode, self._takes_modes, self._armed = custom_mode, takes_modes, armed
-        self.system = 0
+        self.system, self.is_lost = 0, False
 
     def receive(self, name: str | list[str], limit_s: float = 0.0) -> Any:
         if name != "HEARTBEAT":

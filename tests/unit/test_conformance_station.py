@@ -103,6 +103,43 @@ def test_who_is_no_px4_of_this_release_is_a_stranger(
     assert station.stranger == stranger
 
 
+def test_a_connection_that_is_closed_is_told_and_its_autopilot_lost() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        station = Station(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        server.accept()[0].close()
+        with pytest.raises(ConnectionError, match="the autopilot has closed the connection"):
+            station.receive("HEARTBEAT", 5.0)
+        assert station.loses()
+        with pytest.raises(ConnectionError, match="the autopilot was lost"):
+            station.receive("HEARTBEAT")
+        station.link.close()
+
+
+class Missions(Station):
+    """A station whose autopilot knows missions alone."""
+
+    def __init__(self) -> None:
+        self.asked = list[int]()
+        self.answered = {0: 3}
+        self.set_first, self._kinds = {}, None
+
+    def heartbeat(self) -> Any:
+        return SimpleNamespace(base_mode=0, custom_mode=HOLD)
+
+    def _announced(self, kind: int) -> int | None:
+        self.asked.append(kind)
+        return self.answered.get(kind)
+
+
+def test_plans_that_an_autopilot_does_not_know_are_not_compared() -> None:
+    vehicle = Missions()
+    assert [vehicle.state().items for _ in range(2)] == [(3,), (3,)]
+    assert vehicle.asked == [0, 1, 2, 0]
+    vehicle.answered = {}
+    with pytest.raises(TimeoutError, match="does not tell its mode and mission counts"):
+        vehicle.state()
+
+
 class Unknown(common.MAVLink_message):  # type: ignore[misc]
     """EVENT, which pymavlink does not know."""
 
