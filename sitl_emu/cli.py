@@ -395,8 +395,9 @@ def conformance(
 ) -> None:
     """Run the conformance tests against an autopilot: one of ours, a real PX4 SITL, or any other.
 
-    It must stand disarmed and ready; tests arm it for moments on the ground, and leave it as they found it. Ends with
-    exit status 0 when all passed, 1 when something failed, 2 when there was nothing to measure.
+    It must stand disarmed and ready, without propellers; tests arm it for moments on the ground, and leave it as they
+    found it, but for what can't be undone: a gripper lets go, and images stay on the card. Ends with exit status 0 when
+    all passed, 1 when something failed, 2 when there was nothing to measure, or the autopilot was lost.
     """
     from sitl_emu.run import conformance as conforming
     from sitl_emu.run import conformance_report

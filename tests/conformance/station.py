@@ -163,7 +163,7 @@ class Station:
                 )
             heard = self.heartbeat() or heard
         self.vehicle = self._introduced(heard)
-        self.airframe = int.from_bytes(self._parameter_bytes("SYS_AUTOSTART") or b"", "little")
+        self.airframe = int.from_bytes(self.parameter_bytes("SYS_AUTOSTART") or b"", "little")
 
     def _heard(self, limit_s: float) -> Any:
         """The first heartbeat of an autopilot."""
@@ -195,7 +195,7 @@ class Station:
             self.stranger = told if release else f"{told} of a version that it does not tell"
         return f"{told}, {kind}, system {self.system}"
 
-    def _parameter_bytes(self, name: str) -> bytes | None:
+    def parameter_bytes(self, name: str) -> bytes | None:
         """The four bytes of a parameter's value, or None if the autopilot does not tell it."""
         self.mav.param_request_read_send(self.system, AUTOPILOT, name.encode(), -1)
         while (value := self.receive("PARAM_VALUE")) is not None:
@@ -273,7 +273,7 @@ class Station:
     def set_parameter(self, name: str, value: float, kind: int) -> None:
         """Send PARAM_SET, `value` being what stands in the float field; the first value is kept, to be left again."""
         if name not in self.set_first:
-            self.set_first[name] = self._parameter_bytes(name)
+            self.set_first[name] = self.parameter_bytes(name)
         self.mav.param_set_send(self.system, AUTOPILOT, name.encode(), value, kind)
 
     def arm_while(self, send: Callable[[], None]) -> int | None:
@@ -319,7 +319,7 @@ class Station:
     def state(self) -> State:
         """What tests must leave as they found it; raises TimeoutError if the autopilot does not say."""
         heartbeat = self.heartbeat()
-        parameters = {name: self._parameter_bytes(name) for name in self.set_first}
+        parameters = {name: self.parameter_bytes(name) for name in self.set_first}
         counts = {
             kind: self._announced(kind) for kind in ((MISSION, FENCE, RALLY) if self._kinds is None else self._kinds)
         }

@@ -1,6 +1,7 @@
 """Camera protocol v2: a vehicle with a camera (component 100), and silence on one without."""
 
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -53,6 +54,19 @@ def camera(information: Any) -> Any:
     return information
 
 
+@pytest.fixture
+def mode_kept(station: Any, camera: Any) -> Iterator[None]:
+    """The camera goes back to the mode that it was in."""
+    before = settings(station) if camera.flags & HAS_MODES else None
+    yield
+    if before is not None and settings(station).mode_id != before.mode_id:
+        assert ask(station, SET_CAMERA_MODE, 0, before.mode_id)[0] == ACCEPTED
+
+
+def settings(station: Any) -> Any:
+    return ask(station, REQUEST_MESSAGE, CAMERA_SETTINGS, answer="CAMERA_SETTINGS")[1]
+
+
 def capture_status(station: Any) -> Any:
     return ask(station, REQUEST_MESSAGE, CAMERA_CAPTURE_STATUS, answer="CAMERA_CAPTURE_STATUS")[1]
 
@@ -93,13 +107,13 @@ def test_what_is_asked_for_is_acknowledged_and_sent(station: Any, camera: Any, m
 
 
 @pytest.mark.covers("MAV_CMD_SET_CAMERA_MODE", "CAMERA_SETTINGS", source=PAGE)
+@pytest.mark.usefixtures("mode_kept")
 def test_a_mode_is_set_and_told(station: Any, camera: Any) -> None:
     if not camera.flags & HAS_MODES:
         pytest.skip("this camera has no modes")
     for mode in (VIDEO, IMAGE):
         assert ask(station, SET_CAMERA_MODE, 0, mode)[0] == ACCEPTED
-        _, settings = ask(station, REQUEST_MESSAGE, CAMERA_SETTINGS, answer="CAMERA_SETTINGS")
-        assert settings.mode_id == mode
+        assert settings(station).mode_id == mode
 
 
 @pytest.mark.covers("MAV_CMD_IMAGE_START_CAPTURE", "CAMERA_IMAGE_CAPTURED", "CAMERA_CAPTURE_STATUS", source=PAGE)
@@ -131,16 +145,15 @@ def test_a_series_runs_until_it_is_stopped(station: Any, camera: Any) -> None:
 
 
 @pytest.mark.covers("MAV_CMD_VIDEO_START_CAPTURE", "MAV_CMD_VIDEO_STOP_CAPTURE", "CAMERA_CAPTURE_STATUS", source=PAGE)
+@pytest.mark.usefixtures("mode_kept")
 def test_a_video_is_recorded(station: Any, camera: Any) -> None:
     if not camera.flags & CAPTURE_VIDEO:
         pytest.skip("this camera records no videos")
     if camera.flags & HAS_MODES:
         assert ask(station, SET_CAMERA_MODE, 0, VIDEO)[0] == ACCEPTED
+    assert ask(station, VIDEO_START_CAPTURE, 0, 0)[0] == ACCEPTED
     try:
-        assert ask(station, VIDEO_START_CAPTURE, 0, 0)[0] == ACCEPTED
         assert capture_status(station).video_status == 1
-        assert ask(station, VIDEO_STOP_CAPTURE)[0] == ACCEPTED
-        assert capture_status(station).video_status == 0
     finally:
-        if camera.flags & HAS_MODES:
-            ask(station, SET_CAMERA_MODE, 0, IMAGE)
+        assert ask(station, VIDEO_STOP_CAPTURE)[0] == ACCEPTED
+    assert capture_status(station).video_status == 0

@@ -16,11 +16,17 @@ PAGE = "https://mavlink.io/en/messages/common.html#MAV_CMD_SET_MESSAGE_INTERVAL"
 pytestmark = pytest.mark.covers("MAV_CMD_SET_MESSAGE_INTERVAL", source=PAGE)
 
 
+@pytest.fixture(scope="module")
+def found_us(station: Any) -> dict[int, int]:
+    """Intervals of the streams that tests change, before they do."""
+    return {message: interval(station, message) for message in (ATTITUDE, SYS_STATUS, SCALED_IMU)}
+
+
 @pytest.fixture(autouse=True)
-def restored(station: Any) -> Iterator[None]:
+def restored(station: Any, found_us: dict[int, int]) -> Iterator[None]:
     """The streams that tests change are as they were."""
     yield
-    for message, interval_us in ((ATTITUDE, 20_000), (SYS_STATUS, 1_000_000), (SCALED_IMU, STOPPED)):
+    for message, interval_us in found_us.items():
         if interval(station, message) != interval_us:
             station.command(SET_MESSAGE_INTERVAL, message, interval_us)
 

@@ -4,10 +4,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from tests.conformance.station import Station
 from tests.launched import launched
 
 INSTANCE = 24
-LIMIT_S = 300.0
+LIMIT_S, READY_S, POINTED_S = 300.0, 60.0, 3.0
+CONFIGURE, PITCHYAW, NAN = 1001, 1000, float("nan")
 
 
 def conformance(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -55,8 +59,27 @@ def test_an_autopilot_that_goes_away_ends_the_run_with_what_came_out_until_then(
     assert trouble.count("\n") == 1
 
 
-def test_a_camera_and_a_gimbal_speak_their_protocols() -> None:
+def pointed(station: Station) -> tuple[int, int, float]:
+    """Who controls the gimbal, and its pitch, as the quaternion has it."""
+    status, attitude = station.receive("GIMBAL_MANAGER_STATUS"), station.receive("GIMBAL_DEVICE_ATTITUDE_STATUS")
+    return status.primary_control_sysid, status.primary_control_compid, attitude.q[2]
+
+
+def test_a_camera_and_a_gimbal_speak_their_protocols_and_the_gimbal_is_left_as_it_was() -> None:
+    url = f"udpout:127.0.0.1:{18570 + INSTANCE}"
     with launched("m600", "--instance", str(INSTANCE)):
-        run = conformance(f"udpout:127.0.0.1:{18570 + INSTANCE}", "--service", "camera", "--service", "gimbal_manager")
+        station = Station(url)
+        station.wait_until_ready(READY_S)
+        for command, *params in ((CONFIGURE, 255, 190, -1, -1), (PITCHYAW, -50.0, 0.0, NAN, NAN), (CONFIGURE, 42, 191)):
+            assert station.command(command, *params) == 0
+        station.collect("HEARTBEAT", POINTED_S)
+        before = pointed(station)
+        station.link.close()
+        run = conformance(url, *(f"--service={name}" for name in ("camera", "gimbal_manager")))
+        station = Station(url)
+        station.wait_until_ready(READY_S)
+        assert pointed(station) == pytest.approx(before, abs=0.01)
+        station.link.close()
+    assert before[:2] == (42, 191)
     assert run.returncode == 0, run.stdout + run.stderr
     assert run.stdout.splitlines()[0].split()[-4:] == ["9", "of", "10", "passed"]

@@ -38,7 +38,7 @@ class Air:
 def heard(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Station, Air]]:
     monkeypatch.setenv("MAVLINK20", "1")
     monkeypatch.setattr(stations, "OTHERS_S", 0.2)
-    for question in ("_introduced", "_parameter_bytes"):  # nobody answers here
+    for question in ("_introduced", "parameter_bytes"):  # nobody answers here
         monkeypatch.setattr(Station, question, lambda *_: None)
     station = Station("udpin:127.0.0.1:0")
     air = Air(station.link.port.getsockname()[1])
