@@ -305,7 +305,8 @@ class Station:
         while (heartbeat := self.heartbeat()) is not None and heartbeat.custom_mode != custom_mode:
             if time.monotonic() > end_s or heartbeat.base_mode & ARMED:
                 return False
-            self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, custom_mode >> 16 & 0xFF, custom_mode >> 24)
+            of_px4 = custom_mode >> 16 & 0xFF, custom_mode >> 24
+            self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, *(of_px4 if heartbeat.autopilot == PX4 else (custom_mode,)))
         return heartbeat is not None
 
     def heartbeat(self) -> Any:

@@ -140,6 +140,25 @@ def test_plans_that_an_autopilot_does_not_know_are_not_compared() -> None:
         vehicle.state()
 
 
+@pytest.mark.parametrize(("autopilot", "params"), [(PX4, (1, 4, 3)), (ARDUPILOT, (1, HOLD))])
+def test_a_mode_is_asked_for_as_its_autopilot_numbers_it(autopilot: int, params: tuple[int, ...]) -> None:
+    asked = list[tuple[int, ...]]()
+
+    class Moded(Station):
+        def __init__(self) -> None:
+            """Without a link."""
+
+        def heartbeat(self) -> Any:
+            return SimpleNamespace(autopilot=autopilot, base_mode=0, custom_mode=HOLD if asked else 0)
+
+        def command(self, _number: int, *params: Any, limit_s: float = 0.0) -> int:
+            asked.append(params)
+            return 0
+
+    assert Moded().chooses(HOLD)
+    assert asked == [params]
+
+
 class Unknown(common.MAVLink_message):  # type: ignore[misc]
     """EVENT, which pymavlink does not know."""
 
