@@ -140,9 +140,24 @@ def mode_kept(station: Station, say: Callable[[str], None]) -> Iterator[None]:
     try:
         yield
     finally:
-        mode = None if station.is_lost else station.custom_mode
-        if mode is not None and not station.chooses(mode):
-            say(f"the vehicle does not go back to the mode that it was found in (custom_mode {mode})")
+        in_any_case(partial(_choose_again, station, say))
+
+
+def _choose_again(station: Station, say: Callable[[str], None]) -> None:
+    mode = None if station.is_lost else station.custom_mode
+    if mode is not None and not station.chooses(mode):
+        say(f"the vehicle does not go back to the mode that it was found in (custom_mode {mode})")
+
+
+def in_any_case(give_back: Callable[[], None]) -> None:
+    """Give back what a vehicle had, as the last thing of a run: Ctrl-C makes it begin once more, a second one ends it.
+
+    pytest would forget what else the session has to clean up if the first one went on from here.
+    """
+    try:
+        give_back()
+    except KeyboardInterrupt:
+        give_back()
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -171,16 +186,19 @@ def plans_put_aside(request: pytest.FixtureRequest, station: Station) -> Iterato
 
 
 def _give_back(request: pytest.FixtureRequest, station: Station, plans: put_aside.Plans, folder: Path) -> None:
-    try:
+    def give() -> None:
         put_aside.give_back(station, plans)
+        shutil.rmtree(folder, ignore_errors=True)
+
+    try:
+        in_any_case(give)
     except BaseException as error:  # a second Ctrl-C, too
-        why = str(error) or type(error).__name__
-        tell(request.config, f"the vehicle's plans could not all be given back ({why}): they are in {folder}")
-        request.session.testsfailed += 1
+        if folder.exists():
+            why = str(error) or type(error).__name__
+            tell(request.config, f"the vehicle's plans could not all be given back ({why}): they are in {folder}")
+            request.session.testsfailed += 1
         if not isinstance(error, Exception):
             raise
-    else:
-        shutil.rmtree(folder)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.conformance import station as stations
-from tests.conformance.conftest import FORCE_VARIABLE, UNREACHABLE, mode_kept, say_whom
+from tests.conformance.conftest import FORCE_VARIABLE, UNREACHABLE, in_any_case, mode_kept, say_whom
 from tests.conformance.station import DO_SET_MODE, HOLD, STANDBY, Station
 
 POSITION, UNINIT = 3 << 16, 0
@@ -94,3 +94,15 @@ def test_a_stranger_is_measured_by_force_alone(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv(FORCE_VARIABLE, "1")
     say_whom(stranger, "udp", told.append)
     assert told[0].startswith(warning)
+
+
+def test_what_is_given_back_when_ctrl_c_comes_is_given_back_all_the_same() -> None:
+    tries = list[int]()
+
+    def give_back() -> None:
+        tries.append(len(tries))
+        if len(tries) == 1:
+            raise KeyboardInterrupt
+
+    in_any_case(give_back)
+    assert tries == [0, 1]
