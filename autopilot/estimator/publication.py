@@ -13,6 +13,7 @@ from sitl_emu.autopilot.estimator.fusion import Fusion
 from sitl_emu.autopilot.estimator.imu_filter import LowPass2p, NotchedLowPass2p, alpha
 from sitl_emu.autopilot.topics import (
     NAN,
+    OdometryVariances,
     Topics,
     Vector3,
     VehicleAngularVelocity,
@@ -104,7 +105,8 @@ class Publication:
             self._spread_us = now_us + SPREAD_EVERY_US
             p = ekf.p
             self._spread = (*self.accuracies(), float(p[2, 2]), ekf.tilt_variance(), ekf.hagl_variance())
-            self._topics.odometry_variances = tuple(p.diagonal()[: cov.GYRO_BIAS].tolist())
+            a, b, c, vn, ve, vd, n, e, d = p.diagonal()[: cov.GYRO_BIAS].tolist()
+            self._topics.odometry_variances = OdometryVariances(now_us, (a, b, c), (vn, ve, vd), (n, e, d))
             self._limited_to = self._limits()
         eph, epv, evh, evv, heading_var, tilt_var, hagl_var = self._spread
         hagl_m = max(ekf.state.terrain - down, 0.0)

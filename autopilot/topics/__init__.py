@@ -66,6 +66,7 @@ from sitl_emu.autopilot.topics.estimator_records import (
     EstimatorStates,
     EstimatorStatus,
     EstimatorStatusFlags,
+    OdometryVariances,
     YawEstimatorStatus,
 )
 from sitl_emu.autopilot.topics.manual_control import (
@@ -242,6 +243,7 @@ __all__ = [
     "NavigatorMissionItem",
     "NavigatorStatus",
     "ObstacleDistance",
+    "OdometryVariances",
     "OffboardSetpoint",
     "OnboardComputerStatus",
     "OrbitStatus",

@@ -115,6 +115,16 @@ class EstimatorStates(NamedTuple):
     covariances: tuple[float, ...] = (NAN,) * 24
 
 
+class OdometryVariances(NamedTuple):
+    """Of vehicle_odometry, as of 40 ms ago at most: the filter's own."""
+
+    timestamp: int = 0
+    attitude: Vector3 = NAN3
+    """About north, east and down."""
+    velocity: Vector3 = NAN3
+    position: Vector3 = NAN3
+
+
 class EstimatorStatus(NamedTuple):
     """Health of the filter. Its test ratios are roots of filtered ones: 1 is the gate, NaN that nothing aids."""
 

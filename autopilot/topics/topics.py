@@ -4,7 +4,6 @@ Modules of the tick read and write them at every turn: they are compiled (sitl_e
 place in memory instead of a name to look up.
 """
 
-import math
 from typing import Final
 
 from sitl_emu.autopilot.topics.commander import (
@@ -59,6 +58,7 @@ from sitl_emu.autopilot.topics.estimator_records import (
     EstimatorStates,
     EstimatorStatus,
     EstimatorStatusFlags,
+    OdometryVariances,
     YawEstimatorStatus,
 )
 from sitl_emu.autopilot.topics.manual_control import (
@@ -191,8 +191,7 @@ class Topics:
         self.estimator_baro_bias = EstimatorBias()
         self.estimator_gnss_hgt_bias = EstimatorBias()
         self.estimator_states = EstimatorStates()
-        self.odometry_variances: tuple[float, ...] = (math.nan,) * 9
-        """vehicle_odometry's, as of 40 ms ago at most: of attitude about north, east and down, velocity, position."""
+        self.odometry_variances = OdometryVariances()
         self.estimator_status_flags = EstimatorStatusFlags()
         self.estimator_event_flags = EstimatorEventFlags()
         self.estimator_gps_status = EstimatorGpsStatus()

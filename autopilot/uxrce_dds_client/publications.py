@@ -82,9 +82,9 @@ def _odometry(topics: Topics) -> Row:
             FRAME_NED,
             *(here.vx, here.vy, here.vz),
             *topics.vehicle_angular_velocity.xyz,
-            *variances[6:],
-            *variances_about_body(attitude.q, variances[:3]),
-            *variances[3:6],
+            *variances.position,
+            *variances_about_body(attitude.q, variances.attitude),
+            *variances.velocity,
             (resets + attitude.quat_reset_counter) & 255,
             0,
         )

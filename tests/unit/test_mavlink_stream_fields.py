@@ -16,6 +16,7 @@ from sitl_emu.autopilot.topics import (
     ManualControlSetpoint,
     MissionResult,
     ObstacleDistance,
+    OdometryVariances,
     PositionSetpoint,
     PositionSetpointTriplet,
     VehicleAirData,
@@ -172,7 +173,7 @@ def test_odometry_tells_the_variances_of_its_filter_and_0_for_what_couples_them(
     peer.fly()
     topics = peer.topics
     topics.vehicle_attitude = topics.vehicle_attitude._replace(q=(1.0, 0.0, 0.0, 0.0), quat_reset_counter=16)
-    topics.odometry_variances = (1e-4, 2e-4, 4e-4, 0.02, 0.03, 0.25, 2.0, 3.0, 9.0)
+    topics.odometry_variances = OdometryVariances(1, (1e-4, 2e-4, 4e-4), (0.02, 0.03, 0.25), (2.0, 3.0, 9.0))
     topics.vehicle_local_position = topics.vehicle_local_position._replace(
         xy_reset_counter=1, z_reset_counter=2, vxy_reset_counter=4, vz_reset_counter=8, timestamp_sample=900
     )

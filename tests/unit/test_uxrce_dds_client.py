@@ -14,6 +14,7 @@ from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.topics import (
     AuxGlobalPosition,
     DistanceSensorSample,
+    OdometryVariances,
     PositionSetpoint,
     PositionSetpointTriplet,
     SensorCombined,
@@ -158,7 +159,7 @@ def test_an_attitude_s_variances_are_told_about_the_body_s_axes() -> None:
     """Turned to the right, forward is east; on its right side, what is down is to its right."""
     heard = Heard()
     variances = (1e-4, 2e-4, 4e-4)
-    heard.topics.odometry_variances = (*variances, *(0.0,) * 6)
+    heard.topics.odometry_variances = OdometryVariances(1, variances)
     told = []
     for angles in ((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2), (math.pi / 2, 0.0, 0.0)):
         heard.topics.vehicle_attitude = VehicleAttitude(heard.now_us, attitude.quaternion(*angles))

@@ -29,8 +29,8 @@ def fields(now_us: int, context: Context) -> Fields | None:
     w, x, y, z = attitude.q
     p, q, r = topics.vehicle_angular_velocity.xyz
     variances = topics.odometry_variances
-    position = diagonal((*variances[6:], *variances_about_body(attitude.q, variances[:3])))
-    velocity = diagonal((*variances[3:6], *RATES))
+    position = diagonal((*variances.position, *variances_about_body(attitude.q, variances.attitude)))
+    velocity = diagonal((*variances.velocity, *RATES))
     resets = local.xy_reset_counter + local.z_reset_counter + local.vxy_reset_counter + local.vz_reset_counter
     return (
         local.timestamp_sample,
