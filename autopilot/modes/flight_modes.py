@@ -2,8 +2,8 @@
 
 One task per mode; all AUTO modes share one, so that a mission goes over into its pause without a jerk. Until the
 rotors' ramp begins the task begins anew at every update. One that needs sticks does not begin without: Descend runs in
-its place. Modes that sticks fly without a position (STAB, ACRO, MANUAL)
-and termination publish no setpoint. OFFBOARD is a task here alone: what others asked for there nobody goes on from.
+its place. Modes that sticks fly without a position (STAB, ACRO, MANUAL) and termination publish no setpoint. OFFBOARD
+is a task here alone: what others asked for there nobody goes on from.
 """
 
 import math

@@ -64,6 +64,8 @@ def _box(image: Image, x: float, y: float, w: float, h: float, colour: tuple[int
 
 
 def _write(image: Image, text: str, left_px: int, below_px: int, colour: tuple[int, int, int]) -> None:
-    """A line that can be read on any ground: with a dark rim."""
-    for ink, thickness in (((0, 0, 0), 3), (colour, 1)):
-        cv2.putText(image, text, (left_px, below_px), 0, TEXT_SCALE, ink, thickness, cv2.LINE_AA)
+    """A line that can be read on any ground: with a dark rim, of the same thickness moved about, as OpenCV 5 writes
+    thicker text wider."""
+    rim = [(right, down, (0, 0, 0)) for right in (-1, 0, 1) for down in (-1, 0, 1) if right or down]
+    for right, down, ink in (*rim, (0, 0, colour)):
+        cv2.putText(image, text, (left_px + right, below_px + down), 0, TEXT_SCALE, ink, 1, cv2.LINE_AA)
