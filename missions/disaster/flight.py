@@ -30,7 +30,9 @@ from sitl_emu.gcs.set_mode import set_mode
 from sitl_emu.gcs.statustext import WARNING
 from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.area import Corner
+from sitl_emu.missions.companion.camera_model import CameraPose
 from sitl_emu.missions.companion.coverage import Line, footprint, lawnmower
+from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Onboard, Script
 from sitl_emu.missions.companion.terrain.terrain_map import Bounds
 from sitl_emu.missions.disaster import aborts, beginning, places, telling, tries
@@ -40,7 +42,7 @@ from sitl_emu.missions.disaster.detectors import SCATTERED
 from sitl_emu.missions.disaster.drop import View, find
 from sitl_emu.missions.disaster.flying import STANDING_M
 from sitl_emu.missions.disaster.places import Lasting, Place
-from sitl_emu.missions.disaster.regions import GAP_M, Cells, Region, RegionMap
+from sitl_emu.missions.disaster.regions import GAP_M, Cells, Grid, Region, RegionMap
 from sitl_emu.missions.disaster.relief import Relief
 from sitl_emu.missions.disaster.settings import Settings
 from sitl_emu.missions.disaster.together import Together
@@ -310,6 +312,9 @@ class Flight:
 
     # Aside
 
+    def look(self, pose: CameraPose, boxes: Sequence[Detection], ground_m: Grid | float) -> None:
+        """A frame of the scan, and the heights of the map's cells; nothing is decided by single ones here."""
+
     def due(self) -> Place | None:
         """The place that is to be served now."""
         onboard = self.onboard
@@ -430,13 +435,13 @@ class Flight:
     def _deliver(self, place: Place) -> Script:
         """Down, and lets the parcel go over a place."""
         onboard = self.onboard
-        onboard.enter("delivering", f"at the edge of {place.label}")
+        onboard.enter("delivering", place.where)
         place = yield from self._down(place)
         yield from self.descent.aim(place.place_m, self._is_sure)
         before = self.view
         telling.releases(onboard, place, self.here_m, self.over_ground_m, self.place_deg)
         yield from steps.command(onboard, gripper(onboard.system_id, open_it=True), "gripper", self._let_go)
-        onboard.say(f"Parcel let go at the edge of {place.label}")
+        onboard.say(f"Parcel let go {place.where}")
         yield from steps.pause(onboard, FALLEN_S)
         self._see_it_lie(place.place_m, before)
 

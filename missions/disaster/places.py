@@ -108,6 +108,16 @@ class Place(NamedTuple):
     """Tangent of the angle from straight down at which the edge was seen best."""
     area_m2: float
 
+    @property
+    def is_middle(self) -> bool:
+        """Whether the parcel is to lie on what is located, a box's middle (`as_printed.py`), not beside an edge."""
+        return self.place_m == self.edge_m
+
+    @property
+    def where(self) -> str:
+        """In words."""
+        return f"{'in the middle' if self.is_middle else 'at the edge'} of {self.label}"
+
 
 def choose(
     regions: RegionMap,

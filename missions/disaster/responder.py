@@ -10,14 +10,13 @@ mode is the companion's again; the mission ends when the vehicle is disarmed, wi
 
 Options: `area` (needed; a polygon in degrees with holes, in a simulated run also `world` or metres, `plans.py`),
 `scan_altitude_m`, `scan_speed_m_s`, `release_height_m`, `ground_sigma_m`, `overlap`, `margin_m` (of lines from the
-area's edge),
-`fence_margin_m` (the geofence's, around area and home), `location` (`rays`, `equations`), `altitude` (`fixed`,
-`terrain`), `terrain_map` (a GeoTIFF to write), `parcel` (`yes`, `no`), `parcel_mass_kg`, `parcel_drag_m2`,
-`parcel_half_height_m`, `ready_timeout_s`, `calibration`, `confirmations`, `confirm_score`, and of
-`companion/perception.py` detector, selection, look_rate_hz. For several aircraft (`together.py`), which have all other
-options alike: `members` (their MAVLink systems), `datum_amsl_m`, `swarm_key`; a simulated run adds the first two and a
-key of its seed, where several vehicles have this mission with the same options; and `gather_timeout_s`, for which each
-waits on the ground for those that it has not heard yet.
+area's edge), `fence_margin_m` (the geofence's, around area and home), `location` (`rays`, `equations`), `altitude`
+(`fixed`, `terrain`), `engage` (`places`, `detections`), `terrain_map` (a GeoTIFF to write), `parcel` (`yes`, `no`),
+`parcel_mass_kg`, `parcel_drag_m2`, `parcel_half_height_m`, `ready_timeout_s`, `calibration`, `confirmations`,
+`confirm_score`, and of `companion/perception.py` detector, selection, look_rate_hz. For several aircraft
+(`together.py`), which have all other options alike: `members` (their MAVLink systems), `datum_amsl_m`, `swarm_key`; a
+simulated run adds the first two and a key of its seed, where several vehicles have this mission with the same options;
+and `gather_timeout_s`, for which each waits on the ground for those that it has not heard yet.
 """
 
 import math
@@ -35,6 +34,7 @@ from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.spotter import Origin, camera_pose_at, camera_sweep_at, position
 from sitl_emu.missions.disaster import telling
 from sitl_emu.missions.disaster.alarms import Alarms
+from sitl_emu.missions.disaster.as_printed import AsPrinted
 from sitl_emu.missions.disaster.drop import View
 from sitl_emu.missions.disaster.flight import LOOKS_FROM_M, LOOKS_WITHIN_RAD, WHOLE, Flight
 from sitl_emu.missions.disaster.settings import Settings, settings_of
@@ -48,7 +48,7 @@ class Responder:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self._onboard = Onboard(is_open=False)
-        self.flight = Flight(self._onboard, settings)
+        self.flight = (AsPrinted if settings.engage == "detections" else Flight)(self._onboard, settings)
         self.flight.seen = self._seen
         self._script: Script | None = self.flight.script()
         self._eye = Eye(settings.perception.detector)
@@ -150,6 +150,7 @@ class Responder:
             for one in self._sightings.new(pose, detections, flight.regions, ground_m):
                 telling.sighting(self._onboard, one, flight.place_deg)
             self._alarms.update(now_us, frame_time_us, pose, detections)
+            flight.look(pose, detections, ground_m)
         return []
 
     def _is_asked(self, north_m: float, east_m: float) -> bool:

@@ -7,16 +7,18 @@ scanned. Figures of summary.json, for campaigns and tables; None stands for what
   "aborted" (it stayed on board for a reason), "nothing found", or "unfinished" (the flight did not end by itself);
   `abort_reason`: `aborts.Reason` of the last abort while a parcel was on board; `aborts`: all of them in order.
 - `delivered`, `deliveries`: how many parcels lie well; of each: where it rests and was to lie (north, east),
-  `to_target_m` (to the nearest true area's edge, 0 in it), `to_place_m` (to where it was to lie, truly), `to_seen_m`
-  (to where the vehicle's camera saw it lie), `target` (its index), `safe` and, where it is not, `unsafe` (in water, in
-  the area, on a person or less than `TOO_NEAR_M` from one, on a roof, …).
+  `to_target_m` (to the nearest true area's edge, 0 in it), `to_middle_m` (to the nearest middle of one), `to_place_m`
+  (to where it was to lie, truly), `to_seen_m` (to where the vehicle's camera saw it lie), `target` (its index),
+  `safe` and, where it is not, `unsafe` (in water, in the area, on a person or less than `TOO_NEAR_M` from one, on a
+  roof, …).
 - `targets_total`, `targets_found`, `targets`: each with label, true area, `found`, and `iou` of what was mapped of it
   with the truth, all within the scanned area; of a flood without what stands in it, under which nobody sees water.
 - `regions_total`, `regions_false`: what was mapped, and of it what overlaps no true area of its label within 2 m.
 - `diversions`, `diversions_false`: how often the line was left, and how often for an edge with no true area of that
   label within 5 m.
-- `geolocation_rmse_m`: of the located edges of all others, against the nearest true edge; `geolocation_within_2_sigma`
-  the share within two of the sigmas that were stated.
+- `geolocation_rmse_m`: of the located edges of all others, against the nearest true edge, or of located middles
+  (`as_printed.py`) against the nearest middle of a true area's bounds; `geolocation_within_2_sigma` the share within
+  two of the sigmas that were stated.
 - `sightings`, `sighting_rmse_m`: of each target the first place that a single frame gave it (`sightings.py`), against
   the middle of the true area's bounds.
 - `alarms`: by how many frames in a row (`alarms.py`), how many places the detections alone would have called it to
@@ -73,6 +75,7 @@ class Parcel(NamedTuple):
     """None: the camera did not see it."""
     to_target_m: float | None
     target: int | None
+    to_middle_m: float | None
     safe: bool
     unsafe: str
 
@@ -178,8 +181,13 @@ def _parcel(record: RunRecord, event: EventLine) -> Parcel:
     unsafe = _unsafe(record, event, place, to_target_m)
     return Parcel(
         event["vehicle"], event["time_s"], place.x, place.y, to_place_m, _to_seen_m(record, event, place),
-        to_target_m, target, not unsafe, unsafe,
+        to_target_m, target, _to_middle_m(true, place), not unsafe, unsafe,
     )  # fmt: skip
+
+
+def _to_middle_m(true: Sequence[TrueTarget], place: Point) -> float | None:
+    """How far a place is from the nearest middle of a target's bounds; None where there is no target."""
+    return min((float(one.shape.envelope.centroid.distance(place)) for one in true), default=None)
 
 
 def _to_seen_m(record: RunRecord, event: EventLine, place: Point) -> float | None:
@@ -205,13 +213,16 @@ def _diversion(record: RunRecord, event: EventLine) -> dict[str, Any]:
     """A place that the line was left for, against the truth of that time."""
     north_m, east_m = _metres(record, event)
     place = Point(north_m, east_m)
-    of_label = [one.shape for one in targets(record.areas, event["time_s"]) if one.label == event["label"]]
-    error_m = min((float(shape.boundary.distance(place)) for shape in of_label), default=None)
-    away_m = min((float(shape.distance(place)) for shape in of_label), default=math.inf)
+    of_label = [one for one in targets(record.areas, event["time_s"]) if one.label == event["label"]]
+    error_m = min((float(one.shape.boundary.distance(place)) for one in of_label), default=None)
+    if event["located"] == "middle":
+        error_m = _to_middle_m(of_label, place)
+    away_m = min((float(one.shape.distance(place)) for one in of_label), default=math.inf)
     return {
         "vehicle": event["vehicle"],
         "time_s": event["time_s"],
         "label": event["label"],
+        "located": event["located"],
         "north_m": _rounded(north_m),
         "east_m": _rounded(east_m),
         "error_m": _rounded(error_m),

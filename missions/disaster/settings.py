@@ -21,6 +21,7 @@ from sitl_emu.missions.disaster.detectors import FROM_THE_AIR
 from sitl_emu.missions.disaster.regions import RESOLUTION_M
 
 LOCATIONS, ALTITUDES = ("rays", "equations"), ("fixed", "terrain")
+ENGAGES = ("places", "detections")
 
 LEAST_CORNERS = 3
 MOST_MEMBERS = 16
@@ -66,6 +67,8 @@ class Settings(NamedTuple):
     fence_margin_m: float = 30.0
     location: str = "rays"
     altitude: str = "fixed"
+    engage: str = "places"
+    """`detections`: as the paper prints it (`as_printed.py`)."""
     terrain_map: Path | None = None
     """A GeoTIFF to write when the scan has ended."""
     ready_timeout_s: float = 120.0
@@ -105,9 +108,11 @@ def settings_of(given: Options) -> Settings:
         confirmations=given.whole("confirmations", perception.confirming.confirmations, 1, 100),
         confirm_score=given.number("confirm_score", perception.confirming.confirm_score, 0.0, 1.0),
     )
-    altitude, team = _word(given, "altitude", ALTITUDES), _team(given)
+    altitude, engage, team = _word(given, "altitude", ALTITUDES), _word(given, "engage", ENGAGES), _team(given)
     if team is not None and altitude != ALTITUDES[0]:
         raise ValueError(f"option altitude: {altitude!r}: several aircraft keep apart by height; allowed: fixed")
+    if team is not None and engage != ENGAGES[0]:
+        raise ValueError(f"option engage: {engage!r}: several aircraft share regions, not boxes; allowed: places")
     made = Settings(
         corners,
         holes,
@@ -124,6 +129,7 @@ def settings_of(given: Options) -> Settings:
         fence_margin_m=given.number("fence_margin_m", 30.0, 0.0, 1000.0),
         location=_word(given, "location", LOCATIONS),
         altitude=altitude,
+        engage=engage,
         terrain_map=given.file("terrain_map"),
         ready_timeout_s=given.number("ready_timeout_s", 120.0, 5.0, 3600.0),
         team=team,

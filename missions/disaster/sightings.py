@@ -55,7 +55,7 @@ class Sightings:
         self, pose: CameraPose, boxes: Sequence[Detection], regions: RegionMap, ground_m: Grid | float
     ) -> list[Sighting]:
         """What a frame says of regions that nothing was told of yet. `ground_m`: heights of the map's cells."""
-        whole = [one for one in boxes if _is_whole(one, self._camera)]
+        whole = [one for one in boxes if is_whole(one, self._camera)]
         open_ = [region for region in regions.regions() if not self._is_told(region)] if whole else []
         found = []
         for box in sorted(whole, key=lambda one: one.score, reverse=True):
@@ -115,7 +115,7 @@ def _height_m(regions: RegionMap, ground_m: Grid | float, place_m: Corner) -> fl
     return 0.0 if cell is None else float(np.broadcast_to(ground_m, regions.shape)[cell])
 
 
-def _is_whole(box: Detection, camera: CameraModel) -> bool:
+def is_whole(box: Detection, camera: CameraModel) -> bool:
     """Whether a box ends within the picture, not at its edge."""
     across = abs(box.x - (camera.width - 1) / 2.0) + box.w / 2.0 < (camera.width - 1) / 2.0 - EDGE_PX
     return across and abs(box.y - (camera.height - 1) / 2.0) + box.h / 2.0 < (camera.height - 1) / 2.0 - EDGE_PX

@@ -48,6 +48,7 @@ def target(
         target=number,
         label=place.label,
         score=round(place.score, 3),
+        located="middle" if place.is_middle else "edge",
         lat_deg=edge_deg[0],
         lon_deg=edge_deg[1],
         place_lat_deg=place_deg[0],
@@ -77,7 +78,7 @@ def releases(onboard: Onboard, place: Place, here_m: Corner, height_m: float, de
     wind = onboard.telemetry.wind
     onboard.note(
         "released",
-        f"parcel let go from {height_m:.1f} m for the edge of {place.label}",
+        f"parcel let go from {height_m:.1f} m, to lie {place.where}",
         label=place.label,
         lat_deg=here_deg[0],
         lon_deg=here_deg[1],

@@ -18,7 +18,7 @@ from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.geodesy import from_metres
 from sitl_emu.missions.companion.camera_model import NADIR, CameraModel
 from sitl_emu.missions.companion.companion import PEER_LINK
-from sitl_emu.missions.companion.detector import Areas, Detections
+from sitl_emu.missions.companion.detector import Areas, Detection, Detections
 from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.companion.perception import Perception
 from sitl_emu.missions.companion.release_point import Parcel
@@ -170,6 +170,7 @@ class Sky:
         loss: float,
         seed: int,
         gather_timeout_s: float = 120.0,
+        engage: str = "places",
     ) -> None:
         self.ponds = shapely.union_all(list(ponds))
         shapely.prepare(self.ponds)
@@ -185,7 +186,7 @@ class Sky:
         corners = tuple(from_metres(*corner, *ORIGIN) for corner in area_m)
         settings = Settings(
             corners, (), Perception(Eye(), CONFIRMING), CAMERA, NADIR, Parcel(2.0, 0.045, 0.06), scan_altitude_m=15.0,
-            release_height_m=10.0, margin_m=3.0, team=team,
+            release_height_m=10.0, margin_m=3.0, team=team, engage=engage,
         )  # fmt: skip
         self.companions = {system: Responder(settings) for system in self.systems}
         self.dead, self.mute = set[int](), set[int]()
@@ -194,6 +195,8 @@ class Sky:
         self.now_us, self._air, self._loss = 0, Air[Any](loss, seed), loss
         self.ground_m: Callable[[float, float], float] = lambda north_m, east_m: 0.0
         """How high the ground is over that at the origin, about a place; no vehicle meets it."""
+        self.score = 0.8
+        """Of a box."""
         self.events = list[tuple[float, int, Any]]()
         self.nearest_m = math.inf
         self.parcels = list[tuple[int, float, float]]()
@@ -286,4 +289,14 @@ class Sky:
         y, x = (np.mgrid[0:rows, 0:columns] + 0.5) * PART_PX
         north, east = north_m + (CAMERA.cy - y) / CAMERA.fy * up_m, east_m + (x - CAMERA.cx) / CAMERA.fx * up_m
         shares = shapely.contains_xy(self.ponds, north, east).astype(np.float32)
-        return Detections([], Areas((LABEL,), shares[None], PART_PX, 0.0, 0.0))
+        boxes = self._boxes(shares) if self.companions[quad.system].settings.engage == "detections" else []
+        return Detections(boxes, Areas((LABEL,), shares[None], PART_PX, 0.0, 0.0))
+
+    def _boxes(self, shares: np.ndarray) -> list[Detection]:
+        """About all that is in the picture."""
+        rows, columns = np.nonzero(shares)
+        if not len(rows):
+            return []
+        top, bottom = float(rows.min()) * PART_PX, float(rows.max() + 1) * PART_PX
+        left, right = float(columns.min()) * PART_PX, float(columns.max() + 1) * PART_PX
+        return [Detection(LABEL, self.score, (left + right) / 2, (top + bottom) / 2, right - left, bottom - top)]

@@ -31,10 +31,12 @@ def plan() -> dict[str, Any]:
     return {"event": "plan", "time_s": 5.0, "vehicle": "uas", "area": text(AREA), "lines": text([(0, 5), (40, 5)])}
 
 
-def confirmed(edge_m: tuple[float, float] = (10.0, 15.0), label: str = "water_body") -> dict[str, Any]:
+def confirmed(
+    edge_m: tuple[float, float] = (10.0, 15.0), label: str = "water_body", located: str = "edge"
+) -> dict[str, Any]:
     lat, lon = deg(edge_m)
-    return {"event": "target_confirmed", "time_s": 20.0, "vehicle": "uas", "label": label, "lat_deg": lat,
-            "lon_deg": lon, "sigma_m": 1.0}  # fmt: skip
+    return {"event": "target_confirmed", "time_s": 20.0, "vehicle": "uas", "label": label, "located": located,
+            "lat_deg": lat, "lon_deg": lon, "sigma_m": 1.0}  # fmt: skip
 
 
 def released(place_m: tuple[float, float]) -> dict[str, Any]:
@@ -163,6 +165,18 @@ def test_an_abort_is_told_with_its_reason() -> None:
     assert got["shortfalls"] == ["parcel not delivered: drift"]
     lies_off = scored(confirmed(), stays, rests(7.0, 30.0), MAPPED)
     assert lies_off["shortfalls"] == ["parcel not delivered (misdelivered)"], "it went elsewhere after all"
+
+
+def test_a_middle_is_held_against_the_middle_of_the_true_area() -> None:
+    figures = scored(
+        plan(), confirmed((15.0, 18.0), located="middle"), released((15.0, 18.0)), rests(15.5, 19.0), LANDED
+    )
+    assert figures["geolocation_rmse_m"] == pytest.approx(3.0, abs=0.01)
+    (parcel,) = figures["deliveries"]
+    assert parcel["to_middle_m"] == pytest.approx(math.hypot(0.5, 4.0), abs=0.01)
+    assert not parcel["safe"] and parcel["unsafe"] == "in the area"
+    (none,) = scored(plan(), released((15.0, 18.0)), rests(15.5, 19.0), areas=())["deliveries"]
+    assert none["to_middle_m"] is None
 
 
 def test_an_edge_far_from_any_true_one_or_of_another_label_is_a_false_diversion() -> None:
