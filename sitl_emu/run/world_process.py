@@ -49,6 +49,7 @@ from sitl_emu.run.recorder import RunRecorder
 from sitl_emu.run.ros.seen import SeenByRos
 from sitl_emu.world.simulation import Simulation
 from sitl_emu.world.simulator import VehicleSimulator
+from sitl_emu.world.world import World
 
 LARGEST_DATAGRAM_BYTES = 65535
 RECEIVE_BUFFER_BYTES = 4 << 20
@@ -92,12 +93,7 @@ class RadioSocket:
 
 def run(config: WorldConfig, launcher: ControlChannel) -> None:
     """Set the world up, run it until it is over, and tell the launcher how it ended."""
-    try:
-        world = worlds.kept(config.world)
-        if any(vehicle.model.parcel is not None for vehicle in config.vehicles):
-            worlds.expect_parcels(world)
-    except worlds.WorldError as error:
-        raise StartError(str(error)) from None
+    world = world_of(config)
     names = [vehicle.name for vehicle in config.vehicles]
     timeline = Timeline(config.faults)
 
@@ -138,6 +134,17 @@ def run(config: WorldConfig, launcher: ControlChannel) -> None:
     finally:
         recorder.close()
     launcher.send(over._replace(figures=_figures(conductor, stopwatch) if conductor is not None else None))
+
+
+def world_of(config: WorldConfig) -> World:
+    """The run's world, with the run's gusts. Raises StartError."""
+    try:
+        world = worlds.kept(config.world, config.seed)
+        if any(vehicle.model.parcel is not None for vehicle in config.vehicles):
+            worlds.expect_parcels(world)
+    except worlds.WorldError as error:
+        raise StartError(str(error)) from None
+    return world
 
 
 def _simulator_port(data: VehicleData) -> int:

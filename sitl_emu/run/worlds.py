@@ -48,7 +48,7 @@ def build(
 ) -> World:
     """A world by its kind, generated from a seed and options, or by its file, which has none. Raises WorldError.
 
-    `is_met`: see World.
+    The seed is that of its gusts, whichever it is. `is_met`: see World.
     """
     try:
         if is_file(source):
@@ -69,7 +69,7 @@ def build(
         if changes.light is not None:
             light = dataclasses.replace(described.light, **changes.light.given)
             described = dataclasses.replace(described, light=light)
-        world = World(described, folder, made.terrain, is_met)
+        world = World(described, folder, made.terrain, is_met, seed)
         if is_met:
             _check_files(world)
         return world
@@ -179,6 +179,9 @@ def placed(seen: Iterable[VehicleAt]) -> list[OtherVehicle]:
     return [OtherVehicle(each.name, vehicles.load(each.model), Pose(*each.pose), each.turning) for each in seen]
 
 
-def kept(path: str, is_met: bool = True) -> World:
-    """The world that `keep` wrote; `is_met`: see World. Raises WorldError."""
-    return build(path, 0, {}, is_met=is_met)
+def kept(path: str, seed: int = 0, is_met: bool = True) -> World:
+    """The world that `keep` wrote; `seed`: the run's, for whoever asks for gusts; `is_met`: see World.
+
+    Raises WorldError.
+    """
+    return build(path, seed, {}, is_met=is_met)

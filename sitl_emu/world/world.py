@@ -36,10 +36,16 @@ class World:
     """One world. `folder` is where the files lie that its description names."""
 
     def __init__(
-        self, description: WorldDescription, folder: Path, terrain: ground.Terrain | None = None, is_met: bool = True
+        self,
+        description: WorldDescription,
+        folder: Path,
+        terrain: ground.Terrain | None = None,
+        is_met: bool = True,
+        seed: int | None = None,
     ) -> None:
         """`terrain`: what `terrain.file` is to hold, where there is no such file yet. `is_met` False: it is looked at
-        alone, by a camera, which asks neither for rays nor for contacts. Raises WorldError."""
+        alone, by a camera, which asks neither for rays nor for contacts. `seed`: of its gusts, a run's; None: that
+        which it is painted by. Raises WorldError."""
         self.description, self.folder = description, folder
         origin = description.origin
         self.home = Home(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m, 0.0)
@@ -53,7 +59,7 @@ class World:
             self.areas = WaterAndFoliage(description.water, description.cover, self.terrain)
         blows = description.wind
         self.wind = Wind(
-            blows.north_m_s, blows.east_m_s, blows.gust_m_s, description.seed,
+            blows.north_m_s, blows.east_m_s, blows.gust_m_s, description.seed if seed is None else seed,
             profile=(blows.profile_exponent, blows.reference_height_m),
             changes=tuple((round(c.at_s * 1e6), c.north_m_s, c.east_m_s) for c in blows.changes),
         )  # fmt: skip
