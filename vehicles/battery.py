@@ -34,6 +34,10 @@ class LoadBattery:
         self.extra_power_w = 0.0
         """What something else takes: a fault."""
 
+    def set_charge(self, charge: float) -> None:
+        """Have it hold so much of 1 from now on."""
+        self.remaining = charge
+
     def step(self, dt_s: float, power_w: float, armed: bool) -> None:
         """Advance; an empty battery stays empty."""
         battery = self._battery
@@ -59,17 +63,23 @@ class Px4Battery:
         )  # fmt: skip
         self.sim_bat_drain = 60.0
         self.sim_bat_min_pct = 50.0
-        self.remaining = 1.0
+        self.remaining = self.most = 1.0
+        """What it holds, and what it holds at most: a fault's charge, above which neither parameters nor disarming
+        bring it (ours: PX4's own knows no faults)."""
         self.current_a = 0.0
         self.voltage_v = battery.cells * battery.cell_full_v
+
+    def set_charge(self, charge: float) -> None:
+        """Have it hold so much of 1 from now on, and never more again."""
+        self.remaining = self.most = charge
 
     def step(self, dt_s: float, power_w: float, armed: bool) -> None:
         """Advance; the load plays no part."""
         if armed:
             drained = self.remaining - dt_s / max(self.sim_bat_drain, SHORTEST_DRAIN_S)
-            self.remaining = max(drained, 0.01 * self.sim_bat_min_pct, 0.0)
+            self.remaining = min(max(drained, 0.01 * self.sim_bat_min_pct, 0.0), self.most)
         else:
-            self.remaining = 1.0
+            self.remaining = self.most
         cell = self.bat1_v_empty + (self.bat1_v_charged - self.bat1_v_empty) * self.remaining
         self.voltage_v = self.bat1_n_cells * cell
 

@@ -130,7 +130,7 @@ class Injector:
         elif fault.gps_offset_m is not None:
             simulator.gps_offset_m = fault.gps_offset_m if begins else (0.0, 0.0, 0.0)
         elif fault.battery_charge is not None:
-            simulator.battery.remaining = fault.battery_charge
+            simulator.battery.set_charge(fault.battery_charge)
         elif fault.battery_drain_w is not None:
             assert isinstance(simulator.battery, LoadBattery), "checked before the run"
             simulator.battery.extra_power_w = fault.battery_drain_w if begins else 0.0

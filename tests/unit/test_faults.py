@@ -31,9 +31,9 @@ S = 1_000_000
 class FakeRun:
     """One vehicle that stands, or hovers, and what a run writes down of it."""
 
-    def __init__(self, faults: list[FaultData], throttle: float = 0.0) -> None:
+    def __init__(self, faults: list[FaultData], throttle: float = 0.0, model: str = "iris") -> None:
         self.now_us = 0
-        self.simulator = VehicleSimulator(vehicles.load("iris"), HERE, 1, FlatGround(), name="uas")
+        self.simulator = VehicleSimulator(vehicles.load(model), HERE, 1, FlatGround(), name="uas")
         self.events: list[tuple[float, str, str]] = []
         self.killed: list[str] = []
         self.cuts: list[tuple[str, bool]] = []
@@ -143,6 +143,14 @@ def test_the_battery_is_set_and_drained() -> None:
     assert percent[0] == 100 and percent[7] == 40
     lost = 800.0 * 30.0 / 3600.0 / (4 * 3.8 * 5.1)
     assert percent[-1] == pytest.approx(100 * (0.4 - lost), abs=2) and percent[-1] == percent[-20], "drained no more"
+
+
+@pytest.mark.parametrize("throttle", [0.0, 0.7])
+def test_px4s_own_battery_keeps_the_charge_of_a_fault(throttle: float) -> None:
+    """Neither SIM_BAT_MIN_PCT, 50 %, nor disarming undoes it."""
+    run = FakeRun([fault(1.0, battery_charge=0.1)], throttle, model="sihsim_hex")
+    told = [message.remaining_pct for message in run.fly(5.0) if isinstance(message, SimulatedBattery)]
+    assert told[3] > 90 and set(told[7:]) == {10}
 
 
 def test_radio_and_processes_are_the_runs_affair() -> None:

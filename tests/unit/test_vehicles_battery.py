@@ -80,6 +80,20 @@ def test_px4s_battery_stops_at_its_minimum() -> None:
     assert battery.voltage_v == pytest.approx(15.3)
 
 
+def test_px4s_battery_is_never_fuller_than_a_fault_left_it() -> None:
+    battery = Px4Battery(vehicles.load("sihsim_hex").battery)
+    battery.set_charge(0.8)
+    battery.step(3.0, 0.0, True)
+    assert battery.remaining == pytest.approx(0.75), "it drains from there"
+    battery.step(0.2, 0.0, False)
+    assert battery.remaining == 0.8
+    battery.set_charge(0.1)
+    for armed in (True, False):
+        battery.step(0.2, 0.0, armed)
+        assert battery.remaining == 0.1
+    assert battery.voltage_v == pytest.approx(14.58)
+
+
 def test_px4s_battery_lasts_a_second_at_least() -> None:
     battery = Px4Battery(vehicles.load("sihsim_hex").battery)
     battery.sim_bat_drain, battery.sim_bat_min_pct = 0.0, 0.0
