@@ -2,9 +2,11 @@
 
 A state machine on simulated time: the same seed gives the same faults at the same ticks. Sensors, motors, GPS and
 battery fail in the simulator, the radio in its links. A process is killed at the next barrier, at which it waits, so
-that all it did before is the same in every run.
+that all it did before is the same in every run. Where faults of one thing overlap, the one that began last counts, and
+the thing is right again when all are over.
 """
 
+import dataclasses
 import heapq
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, Protocol
@@ -100,7 +102,10 @@ class Injector:
         """`simulators` by vehicle; `kill` kills a process by its title, "companion uas" say, and returns when it is."""
         self.timeline = timeline
         self._run, self._simulators, self._recorder, self._kill = run, simulators, recorder, kill
+        self._active = dict[tuple[str, str], list[FaultData]]()
+        """By vehicle and what is wrong with it: the faults that have begun and are not over, in that order."""
         self._satellites = dict[str, int]()
+        """By vehicle: how many it used before its faults of that kind."""
         self.told: list[str] = []
         """The faults that have begun, in words."""
         self.killed: list[str] = []
@@ -113,33 +118,52 @@ class Injector:
             return
         for data, begins in self.timeline.due(now_us):
             vehicle, text = data.vehicle, said(data.fault, begins)
+            active = self._active.setdefault((vehicle, _what(data.fault)), [])
             if begins:
+                active.append(data)
                 self.told.append(f"{vehicle}: {text} at {now_us / 1e6:.1f} s")
+            else:
+                active[:] = [each for each in active if each is not data]  # another may be equal
+            if active and not begins:
+                text = f"{said(data.fault, True)}: over, but {said(active[-1].fault, True)} still"
             self._recorder.event(vehicle, Event(now_us, "fault" if begins else "fault_ended", text, {}))
-            self._apply(vehicle, data.fault, begins)
+            self._apply(vehicle, data.fault, active[-1].fault if active else None)
 
-    def _apply(self, vehicle: str, fault: Fault, begins: bool) -> None:
-        simulator = self._simulators[vehicle]
+    def _apply(self, vehicle: str, fault: Fault, acting: Fault | None) -> None:
+        """Make what a fault is about as `acting`, another of the same, wants it; None: right again."""
+        simulator, off = self._simulators[vehicle], acting is not None
         if fault.motor is not None:
-            simulator.motor_off[fault.motor - 1] = begins
+            simulator.motor_off[fault.motor - 1] = off
         elif fault.sensor is not None:
-            _SENSORS[fault.sensor](simulator, begins)
+            _SENSORS[fault.sensor](simulator, off)
         elif fault.gps_satellites is not None:
-            before = self._satellites.setdefault(vehicle, simulator.sim_gps_used)
-            simulator.sim_gps_used = fault.gps_satellites if begins else before
+            if acting is not None and acting.gps_satellites is not None:
+                self._satellites.setdefault(vehicle, simulator.sim_gps_used)
+                simulator.sim_gps_used = acting.gps_satellites
+            else:
+                simulator.sim_gps_used = self._satellites.pop(vehicle)
         elif fault.gps_offset_m is not None:
-            simulator.gps_offset_m = fault.gps_offset_m if begins else (0.0, 0.0, 0.0)
+            offset_m = acting.gps_offset_m if acting is not None else None
+            simulator.gps_offset_m = offset_m or (0.0, 0.0, 0.0)
         elif fault.battery_charge is not None:
             simulator.battery.set_charge(fault.battery_charge)
         elif fault.battery_drain_w is not None:
             assert isinstance(simulator.battery, LoadBattery), "checked before the run"
-            simulator.battery.extra_power_w = fault.battery_drain_w if begins else 0.0
+            drain_w = acting.battery_drain_w if acting is not None else None
+            simulator.battery.extra_power_w = drain_w or 0.0
         elif fault.radio is not None:
-            self._run.cut_radio(vehicle, begins)
+            self._run.cut_radio(vehicle, off)
         elif fault.kill is not None:
             title = f"{fault.kill} {vehicle}"
             self.killed.append(f"injected fault: {title} killed at {self._run.now_us / 1e6:.1f} s")
             self._run.lose(vehicle, fault.kill, lambda: self._kill(title))
+
+
+def _what(fault: Fault) -> str:
+    """What is wrong, for telling whether two faults are about the same: of motors and sensors each is its own."""
+    names = (field.name for field in dataclasses.fields(fault))
+    name, value = next((name, value) for name in names if (value := getattr(fault, name)) is not None)
+    return f"{name} {value}" if name in ("motor", "sensor") else name
 
 
 def said(fault: Fault, begins: bool) -> str:

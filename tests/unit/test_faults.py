@@ -1,5 +1,6 @@
 """Faults on their timeline: when they come, what they do to a vehicle, and what is said of wrong ones."""
 
+import operator
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,56 @@ def test_a_fault_may_follow_another() -> None:
     run = FakeRun([fault(1.0, sensor="gps"), second])
     run.fly(3.0)
     assert [(time, text) for time, _, text in run.events] == [(1.0, "gps off"), (2.0, "baro off")]
+
+
+@pytest.mark.parametrize("other", [{"sensor": "gps"}, {"motor": 1}])
+def test_what_is_off_twice_is_off_until_both_are_over(other: dict[str, Any]) -> None:
+    run = FakeRun([fault(1.0, 9.0, **other), fault(2.0, 1.0, **other), fault(4.0, 1.0, sensor="mag")])
+
+    def off() -> bool:
+        return run.simulator.gps_off or run.simulator.motor_off[0]
+
+    run.fly(3.5)
+    assert off() and run.events[-1][2].endswith("off still")
+    run.fly(2.0)
+    assert off(), "another sensor's end is not this one's"
+    run.fly(5.0)
+    assert not off() and run.events[-1][2].endswith("on again")
+
+
+def test_what_lasts_outlives_a_shorter_one_of_the_same() -> None:
+    run = FakeRun([fault(1.0, sensor="baro"), fault(2.0, 1.0, sensor="baro"), fault(2.0, 1.0, sensor="mag")])
+    run.fly(4.0)
+    assert run.simulator.baro_off and not run.simulator.mag_off
+
+
+def test_a_radio_that_is_cut_twice_is_cut_until_both_are_over() -> None:
+    run = FakeRun([fault(1.0, 5.0, radio="out"), fault(2.0, 1.0, radio="out")])
+    run.fly(5.0)
+    assert run.cuts[-1] == ("uas", True)
+    run.fly(2.0)
+    assert run.cuts[-1] == ("uas", False)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "set_to"),
+    [
+        ("gps_satellites", (5, 3), "sim_gps_used"),
+        ("gps_offset_m", ((30.0, 0.0, 0.0), (0.0, 9.0, 0.0)), "gps_offset_m"),
+        ("battery_drain_w", (400.0, 200.0), "battery.extra_power_w"),
+    ],
+)
+def test_of_figures_the_newest_counts_then_the_one_before_it(name: str, values: tuple[Any, Any], set_to: str) -> None:
+    """The third is equal to the first, and its end is not that one's."""
+    long, short = values
+    run = FakeRun([fault(1.0, 6.0, **{name: long}), fault(2.0, 3.0, **{name: short}), fault(3.0, 1.0, **{name: long})])
+    figure = operator.attrgetter(set_to)
+    right, seen = figure(run.simulator), list[Any]()
+    run.fly(0.5)
+    for _ in range(7):
+        run.fly(1.0)
+        seen.append(figure(run.simulator))
+    assert seen == [long, short, long, short, long, long, right]
 
 
 def test_a_motor_that_stops_turns_a_hover_over() -> None:
