@@ -107,9 +107,21 @@ def _from_geotiff(path: Path, terrain: Terrain, origin: Origin) -> HeightMap:
     for row in range(counts[0]):
         places = [projection.reproject(south_m + row * step, west_m + column * step) for column in range(counts[1])]
         lat, lon = np.array(places).T
-        x = ((lon - west) / scale[0] - centre).astype(np.float32)[None]
-        y = ((north - lat) / scale[1] - centre).astype(np.float32)[None]
-        grid[row] = cv2.remap(raw.astype(np.float32), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0]
+        grid[row] = _bilinear(raw, (north - lat) / scale[1] - centre, (lon - west) / scale[0] - centre)
     above_sea = grid - (terrain.geoid_m if terrain.datum == "ellipsoid" else 0.0)
     heights = np.where(np.isfinite(grid), above_sea - origin.alt_amsl_m, terrain.no_data_m)
     return HeightMap(heights, south_m, west_m, step)
+
+
+def _bilinear(raw: FloatArray, y: FloatArray, x: FloatArray) -> FloatArray:
+    """Heights at rows and columns of a raster, as the nearest beyond it; NaN where one of the four around is.
+
+    Not by cv2.remap: before OpenCV 5 that takes a place to the nearest 32nd of a pixel: slopes become staircases.
+    """
+    y, x = np.clip(y, 0, raw.shape[0] - 1), np.clip(x, 0, raw.shape[1] - 1)
+    row, column = y.astype(np.intp), x.astype(np.intp)
+    next_row, next_column = np.minimum(row + 1, raw.shape[0] - 1), np.minimum(column + 1, raw.shape[1] - 1)
+    y, x = y - row, x - column
+    upper = raw[row, column] * (1.0 - x) + raw[row, next_column] * x
+    lower = raw[next_row, column] * (1.0 - x) + raw[next_row, next_column] * x
+    return np.asarray(upper * (1.0 - y) + lower * y, np.float64)

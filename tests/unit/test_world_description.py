@@ -25,6 +25,7 @@ from sitl_emu.world.kinds.corn_field.kind import description_of, field_of
 from sitl_emu.world.moving import place_at
 from sitl_emu.world.rays import GROUND
 from sitl_emu.world.render.scene import MeshScene
+from sitl_emu.world.terrain import HeightMap
 from sitl_emu.world.world import World
 
 YARD = """
@@ -308,6 +309,27 @@ def test_heights_from_a_geotiff_keep_their_place_datum_and_gaps(tmp_path: Path) 
     assert world.ground(*projection.project(46.50193, 7.99807)) == pytest.approx(-7.0)
     other = with_terrain(tmp_path, file="h.tif", spacing_m=5.0, datum="ellipsoid", geoid_m=50.0)
     assert other.ground(0.0, 0.0) == pytest.approx(-50.0, abs=0.02)
+
+
+def test_a_steep_geotiff_is_no_staircase_whatever_opencv(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """OpenCV 4's remap takes a place to the nearest 32nd of a pixel: here half a metre up or down; 5's is exact."""
+    remap = cv2.remap
+
+    def to_32nds(picture: np.ndarray, x: np.ndarray, y: np.ndarray, *how: int, **more: int) -> np.ndarray:
+        x, y = (np.round(each * 32.0).astype(np.float32) / np.float32(32.0) for each in (x, y))
+        return np.asarray(remap(picture, x, y, *how, **more))
+
+    monkeypatch.setattr(cv2, "remap", to_32nds)
+    step, rows, columns = 3e-4, 12, 14
+    heights = 1000.0 - 30.0 * np.arange(rows)[:, None] + 20.0 * np.arange(columns)[None]
+    geotiff(tmp_path / "h.tif", heights, 46.502, 7.998, step)
+    terrain = with_terrain(tmp_path, file="h.tif", spacing_m=5.0).terrain
+    assert isinstance(terrain, HeightMap)
+    projection = MapProjection(46.5, 8.0)
+    for row, column in np.ndindex(terrain.grid_m.shape):
+        lat, lon = projection.reproject(terrain.north0_m + 5.0 * row, terrain.east0_m + 5.0 * column)
+        expected = -30.0 * ((46.502 - lat) / step - 0.5) + 20.0 * ((lon - 7.998) / step - 0.5)
+        assert terrain.grid_m[row, column] == pytest.approx(expected, abs=1e-4)
 
 
 def test_a_geotiff_in_metres_says_what_to_do(tmp_path: Path) -> None:
