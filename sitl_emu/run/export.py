@@ -7,6 +7,7 @@ picture was taken) and the world file. Solids, things and loose bodies are insta
 picture shows is split into regions. Lens distortion and the image sensor's effects are left out.
 """
 
+import dataclasses
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl_emu.run import folders, views, worlds
+from sitl_emu.run.loose_in_run import LooseInRun
 from sitl_emu.run.picture_files import jpeg, png
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.world import kinds
@@ -54,6 +56,8 @@ class Plan(NamedTuple):
     folder: Path
     time_s: float
     """Of `truth.geojson`."""
+    loose: LooseInRun | None = None
+    """Of a run: where its loose bodies were."""
 
     @property
     def has_frames(self) -> bool:
@@ -95,6 +99,7 @@ def plan(asked: Asked, folder: Path, say: Callable[[str], None]) -> Plan:
     world = worlds.build(source, asked.seed, asked.options)
     for line in worlds.not_read(world):
         say(line)
+    loose = _loose(Path(asked.source), world, say) if is_run else None
     width, height = asked.size or (640, 480)
     lens = Intrinsics(width, height, asked.hfov_deg or 90.0)
     chosen: Sequence[views.View]
@@ -109,12 +114,27 @@ def plan(asked: Asked, folder: Path, say: Callable[[str], None]) -> Plan:
         width, height = asked.size or flown.lens[:2]
         lens, chosen = Intrinsics(width, height, asked.hfov_deg or flown.lens.hfov_deg), flown.views
         hangs = " from a level gimbal, straight down" if flown.on_gimbal else ""
-        say(f"{flown.vehicle}'s camera{hangs}, without its lens' distortion; other vehicles are not drawn")
+        missing = "other vehicles, and parcels aboard, are not drawn"
+        say(f"{flown.vehicle}'s camera{hangs}, without its lens' distortion; {missing}")
     else:
         chosen = [views.view_of(world, look, asked.time_s) for look in views.looks(world)]
-    labels = labels_of(world.description, asked.labels)
+    described = world.description
+    if loose is not None:
+        described = dataclasses.replace(described, loose=(*described.loose, *loose.released.values()))
+        chosen = sorted(chosen, key=lambda view: view.time_s)
+    labels = labels_of(described, asked.labels)
     folders.make(folder)
-    return Plan(world, chosen, lens, labels, frozenset(asked.formats), folder, asked.time_s)
+    return Plan(world, chosen, lens, labels, frozenset(asked.formats), folder, asked.time_s, loose)
+
+
+def _loose(folder: Path, world: World, say: Callable[[str], None]) -> LooseInRun:
+    """The loose bodies of a run, in a world that is ready for them. Raises Trouble."""
+    loose = LooseInRun(folder, world)
+    if loose.released:
+        worlds.expect_parcels(world)
+    if loose.unknown:
+        say(f"left out, as neither {worlds.KEPT_AS} nor scenario.yaml says what it is: {', '.join(loose.unknown)}")
+    return loose
 
 
 class Labelled(NamedTuple):
@@ -151,7 +171,8 @@ def write(plan: Plan) -> Iterator[int]:
     """Write it all, a picture a step; yields how many are done. Raises WorldError, OSError."""
     worlds.keep(plan.world, plan.folder)
     if "geojson" in plan.formats:
-        told = geojson.collection(plan.world, plan.time_s)
+        there = None if plan.loose is None else plan.loose.at(plan.time_s)
+        told = geojson.collection(plan.world, plan.time_s, there)
         (plan.folder / "truth.geojson").write_text(json.dumps(told) + "\n")
     if not plan.has_frames:
         return
@@ -162,6 +183,8 @@ def write(plan: Plan) -> Iterator[int]:
     eyes = Eyes(plan.world, plan.lens, plan.labels)
     with (plan.folder / "frames.jsonl").open("w") as frames:
         for number, view in enumerate(plan.views, start=1):
+            if plan.loose is not None:
+                plan.world.put_loose(plan.loose.at(view.time_s))
             picture, drawn, found = eyes.look(view)
             _write_frame(plan, view, picture, drawn, found, table)
             frames.write(json.dumps(_told(view, plan.lens)) + "\n")

@@ -95,7 +95,7 @@ class Parcels:
         """After its vehicle; where several have one name (a launch's), with its number among them."""
         name = self._simulators[place].name
         before = sum(each.name == name for each in self._simulators[:place])
-        return f"parcel of {name}" + (f" {before + 1}" if before else "")
+        return parcel_name(name) + (f" {before + 1}" if before else "")
 
     def _follow(self, now_us: int, place: int, name: str) -> None:
         assert self._solids is not None
@@ -108,6 +108,11 @@ class Parcels:
         if self._solids.lies_still(name):
             del self._fallen[place]
             self.told.append(ParcelTold(now_us, place, AT_REST, name, *centre))
+
+
+def parcel_name(vehicle: str) -> str:
+    """The loose body that a vehicle's parcel becomes."""
+    return f"parcel of {vehicle}"
 
 
 def loose_parcel(name: str, parcel: Parcel) -> "Loose":

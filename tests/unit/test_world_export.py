@@ -285,6 +285,76 @@ def test_of_a_run_what_its_camera_saw(tmp_path: Path) -> None:
         views.of_run(tmp_path, "ugv", 1.0)
 
 
+BARREL = {
+    "name": "barrel",
+    "label": "barrel",
+    "north_m": 0,
+    "east_m": 10,
+    "mass_kg": 20,
+    "cylinder": {"radius_m": 0.3, "height_m": 0.9},
+}
+LOOSE = """time_s,name,north_m,east_m,down_m,qw,qx,qy,qz
+0.10,barrel,0.000,10.000,-0.450,1.00000,0.00000,0.00000,0.00000
+5.00,barrel,-15.000,15.000,-0.450,1.00000,0.00000,0.00000,0.00000
+6.00,parcel of uas,15.000,15.000,-0.150,1.00000,0.00000,0.00000,0.00000
+7.00,crate,0.000,0.000,-0.150,1.00000,0.00000,0.00000,0.00000
+"""
+
+
+def run_with_loose_bodies(folder: Path) -> Path:
+    """A barrel has drifted, and a responder has let its parcel go."""
+    save(read({**YARD, "loose": [BARREL]}, "yard"), folder / "world.yaml")
+    uas = {"name": "uas", "model": "responder", "parcel": {}}
+    (folder / "scenario.yaml").write_text(yaml.safe_dump({"name": "x", "world": "world.yaml", "vehicles": [uas]}))
+    (folder / "loose.csv").write_text(LOOSE)
+    (folder / "views.csv").write_text(
+        "north_m,east_m,above_m,heading_deg,depression_deg,time_s\n"
+        + "".join(
+            f"{n},{e},10,0,90,{t}\n" for n, e, t in ((-15, 15, 9), (15, 15, 9), (0, 10, 0), (-15, 15, 0), (15, 15, 0))
+        )
+    )
+    return folder
+
+
+def test_of_a_run_what_is_loose_is_where_it_was_then(tmp_path: Path) -> None:
+    """Whatever the order of the views."""
+    folder, out = run_with_loose_bodies(tmp_path), tmp_path / "o"
+    views_of_it = ("--views", str(folder / "views.csv"), "--label", "barrel", "--label", "parcel")
+    status, said = call("world", "export", str(folder), *views_of_it, "--size", "160x120", "--out", str(out))
+    assert status == 0 and "left out, as neither world.yaml nor scenario.yaml says what it is: crate" in said
+    table = json.loads((out / "annotations.json").read_text())
+    files = {each["id"]: each["file_name"] for each in table["images"]}
+    found = {(files[each["image_id"]], each["name"]): each["bbox"] for each in table["annotations"]}
+    assert sorted(found) == [("000000.jpg", "barrel"), ("000001.jpg", "parcel of uas"), ("000002.jpg", "barrel")]
+    for x, y, width, height in found.values():
+        assert (x + width / 2, y + height / 2) == pytest.approx((80, 60), abs=1.0), "straight below the camera"
+
+
+@pytest.mark.parametrize(
+    ("at_s", "there"), [(0, {"barrel": (0, 10)}), (9, {"barrel": (-15, 15), "parcel of uas": (15, 15)})]
+)
+def test_the_geojson_of_a_run_has_what_was_loose_then(tmp_path: Path, at_s: int, there: dict[str, Any]) -> None:
+    folder, out = run_with_loose_bodies(tmp_path), tmp_path / "o"
+    status, _ = call(
+        "world", "export", str(folder), "--survey", "20", "--format", "geojson", "--at", str(at_s), "--out", str(out)
+    )
+    told = [each for each in json.loads((out / "truth.geojson").read_text())["features"]
+            if each["properties"]["what"] == "loose"]  # fmt: skip
+    origin = read(YARD, "yard").origin
+    maps = MapProjection(origin.lat_deg, origin.lon_deg)
+    assert status == 0 and {each["properties"]["name"] for each in told} == set(there)
+    for each in told:
+        lon, lat = each["geometry"]["coordinates"]
+        assert maps.project(lat, lon) == pytest.approx(there[each["properties"]["name"]], abs=0.01)
+
+
+def test_a_broken_table_of_loose_bodies_is_one_line(tmp_path: Path) -> None:
+    folder = run_with_loose_bodies(tmp_path)
+    (folder / "loose.csv").write_text(LOOSE + "8.00,barrel,1\n")
+    status, said = call("world", "export", str(folder), "--out", str(tmp_path / "o"))
+    assert status == 2 and "loose.csv: line 6: must be time_s,name,north_m" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "wanted"),
     [

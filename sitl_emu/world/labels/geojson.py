@@ -16,6 +16,7 @@ from sitl_emu.world import polygons
 from sitl_emu.world.bullet import read_mesh
 from sitl_emu.world.description import Solid, Thing
 from sitl_emu.world.moving import place_at
+from sitl_emu.world.obstacles import LoosePose
 from sitl_emu.world.world import World
 
 Corner = tuple[float, float]
@@ -25,13 +26,19 @@ ROUND = 24
 DIGITS = 8
 
 
-def collection(world: World, time_s: float) -> dict[str, Any]:
-    """Everything that has a label, where it is at a time; `what` says which list of the world file it comes from."""
+def collection(world: World, time_s: float, loose: Sequence[LoosePose] | None = None) -> dict[str, Any]:
+    """Everything that has a label, where it is at a time; `what` says which list of the world file it comes from.
+
+    `loose`: the loose bodies there are then; None: those of the world, where they are now.
+    """
+    if loose is None:
+        loose = [] if world.solids is None else world.solids.loose_poses()
     described = world.description
     maps = MapProjection(described.origin.lat_deg, described.origin.lon_deg)
     features = [
         *_places(world, maps),
         *_solids(world, maps),
+        *_loose(world, maps, loose),
         *_things(world, maps, time_s),
         *_areas(world, maps, time_s),
     ]
@@ -82,7 +89,9 @@ def _solids(world: World, maps: MapProjection) -> Iterator[Feature]:
             "high_amsl_m": _amsl(world, lift - min(d for _, _, d in points)),
         }  # fmt: skip
         yield _polygon(maps, [foot], properties)
-    poses = [] if world.solids is None else world.solids.loose_poses()
+
+
+def _loose(world: World, maps: MapProjection, poses: Sequence[LoosePose]) -> Iterator[Feature]:
     for described, (north, east, down), _, _ in poses:
         properties = {"what": "loose", "name": described.name, "label": described.label, "amsl_m": _amsl(world, -down)}
         yield _point(maps, (north, east), properties)
