@@ -116,6 +116,17 @@ def kill(child: Child) -> None:
     child.process.wait()
 
 
+def obituary_of_lost(child: Child) -> str:
+    """`obituary` of one that has hung up: it has STOP_S to end by itself, then it is killed."""
+    try:
+        child.process.wait(STOP_S)
+    except subprocess.TimeoutExpired:
+        kill(child)
+        lingered = f"{child.title} (pid {child.process.pid}) hung up, and was killed as it did not end"
+        return f"{lingered}; its log is {child.log}"
+    return obituary(child)
+
+
 def obituary(child: Child) -> str:
     """How it ended, and the last that it said."""
     status = child.process.returncode

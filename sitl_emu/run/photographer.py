@@ -18,7 +18,7 @@ from sitl_emu.components.card import FOLDER
 from sitl_emu.core import frame_ring
 from sitl_emu.core.simulator_api import CameraZoom, GimbalState, HilActuatorControls, PictureTaken
 from sitl_emu.run import cameras, poses, worlds
-from sitl_emu.run.children import STOP_S, Child, end_all, obituary, start_process
+from sitl_emu.run.children import STOP_S, Child, end_all, obituary_of_lost, start_process
 from sitl_emu.run.configs import CameraConfig, RingData, VideoData
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.messages import (
@@ -140,9 +140,8 @@ class Photographer:
                 found += [(place, PictureTaken(number, False)) for number in studio.asked]
                 del self._studios[place]
                 studio.control.close()
-                studio.child.process.wait(STOP_S)
+                self.complaints.append(obituary_of_lost(studio.child))
                 self._remove_ring(place)
-                self.complaints.append(obituary(studio.child))
         return found
 
     def send_video(self, place: int, running: bool) -> None:

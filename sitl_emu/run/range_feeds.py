@@ -16,7 +16,7 @@ from pathlib import Path
 from sitl_emu.core import frame_ring
 from sitl_emu.core.simulator_api import GimbalState
 from sitl_emu.run import poses, worlds
-from sitl_emu.run.children import STOP_S, Child, end_all, obituary, start_process
+from sitl_emu.run.children import STOP_S, Child, end_all, obituary_of_lost, start_process
 from sitl_emu.run.configs import DepthDescription, LidarDescription, RangeConfig, RingData, RosVehicleData
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.messages import End, FrameTaken, Ready, Render, Rendered, VehicleAt
@@ -110,9 +110,9 @@ class RangeFeeds:
                         found.append((feed.place, FrameTaken(feed.name, message.index, feed.taken_us)))
             except ProcessLostError:
                 self._feeds.remove(feed)
+                feed.control.close()  # what waits to be told of more hears that nothing comes
+                self.complaints.append(f"ROS 2 hears it no more: {obituary_of_lost(feed.child)}")
                 _leave(feed)
-                feed.child.process.wait(STOP_S)
-                self.complaints.append(f"ROS 2 hears it no more: {obituary(feed.child)}")
         return found
 
     def ask(self, now_us: int, gimbals: Mapping[int, GimbalState]) -> None:

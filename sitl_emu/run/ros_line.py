@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sitl_emu.core.simulator_api import SimulatorMessage
-from sitl_emu.run.children import STOP_S, end_all, obituary, start_process
+from sitl_emu.run.children import STOP_S, end_all, obituary_of_lost, start_process
 from sitl_emu.run.configs import RosConfig, RosVehicleData
 from sitl_emu.run.control import ControlChannel, ProcessLostError
 from sitl_emu.run.messages import FrameTaken, Start
@@ -165,8 +165,7 @@ class RosLine:
         """The process has died: say so, and have nothing drawn for it."""
         self._lost = True
         self._control.close()
-        self._child.process.wait(STOP_S)
-        self._say(f"ROS 2 hears nothing of the world any more: {obituary(self._child)}")
+        self._say(f"ROS 2 hears nothing of the world any more: {obituary_of_lost(self._child)}")
         if self._photographer is not None:
             self._photographer.forget_frames()
         if self._ranges is not None:

@@ -40,8 +40,10 @@ class Ended:
 class Bench:
     """An iris with a camera whose video is sent, and a rover that has none."""
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, *, read: bool = False) -> None:
-        """`read`: whether somebody reads its frames."""
+    def __init__(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch, *, read: bool = False, process: Any = None
+    ) -> None:
+        """`read`: whether somebody reads its frames; `process`: what draws, if not one that has ended."""
         self.now_s = 100.0
         self.configs: list[CameraConfig] = []
         self.cameras: list[ControlChannel] = []
@@ -50,7 +52,8 @@ class Bench:
             assert module == "camera_process"
             self.configs.append(config)
             self.cameras.append(ControlChannel(end.dup(), title))
-            return Child(title, Ended(), folder / "log")  # type: ignore[arg-type]
+            drawing: Any = process or Ended()
+            return Child(title, drawing, folder / "log")
 
         monkeypatch.setattr(photographer, "start_process", start)
         here = site.in_world(str(YARD), 1, print)

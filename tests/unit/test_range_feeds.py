@@ -30,7 +30,8 @@ HEAD = (0.0, 1.0, 0.0, 0.0)
 class Bench:
     """An m600 with both, and beside it a rover with none."""
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, process: Any = None) -> None:
+        """`process`: of each feed, if not one that was killed."""
         self.configs: list[RangeConfig] = []
         self.theirs: list[ControlChannel] = []
         (folder / "log").write_text("")
@@ -40,7 +41,7 @@ class Bench:
             self.configs.append(config)
             self.theirs.append(ControlChannel(end.dup(), title))
             ended: Any = SimpleNamespace(pid=7, returncode=-9, wait=lambda _limit_s=None: -9, poll=lambda: -9)
-            return Child(title, ended, folder / "log")
+            return Child(title, process or ended, folder / "log")
 
         monkeypatch.setattr(range_feeds, "start_process", start)
         here = site.in_world(str(YARD), 1, print)

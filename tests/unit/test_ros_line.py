@@ -45,13 +45,15 @@ def photographer() -> Any:
 class Bench:
     """An m600, ticked; `time_0_us` is the date of its time 0."""
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, process: Any = None) -> None:
+        """`process`: that of ROS 2, if not one that was killed."""
+
         def start(title: str, module: str, config: RosConfig, end: socket.socket, _folder: Path) -> Any:
             assert module == "ros_process"
             self.config, self.ros = config, ControlChannel(end.dup(), title)
             (folder / "log").write_text("")
             ended: Any = SimpleNamespace(pid=7, returncode=-9, wait=lambda _limit_s: None, poll=lambda: -9)
-            return Child(title, ended, folder / "log")
+            return Child(title, process or ended, folder / "log")
 
         monkeypatch.setattr(ros_line, "start_process", start)
         data = vehicles.load("m600")
