@@ -143,6 +143,22 @@ def test_tables_have_a_row_for_each_run_and_for_each_record_and_agree_as_csv_and
     )
 
 
+def test_a_figure_of_the_same_name_leaves_what_varies_its_column(tmp_path: Path) -> None:
+    """north_m_s is a figure too; time_limit_s as well, and is a whole key already; warmth is none."""
+    path = tmp_path / "two.yaml"
+    path.write_text(yaml.safe_dump(SCENARIO))
+    varied = ("wind.north_m_s=0,4", "time_limit_s=60", "light.warmth=1.1")
+    made = {arm.name: arm for arm in arms_of(path, [variation(each) for each in varied])}
+    results = [result(name, seed, north_m_s=0.5 + seed, time_limit_s=7) for name in made for seed in (1, 2)]
+    rows = tables.rows_of(results, made)
+    assert [(row["wind.north_m_s"], row["north_m_s"]) for row in rows] == [(0, 1.5), (0, 2.5), (4, 1.5), (4, 2.5)]
+    assert {(row["varied.time_limit_s"], row["time_limit_s"], row["warmth"]) for row in rows} == {(60, 7, 1.1)}
+    sections = report.sections_of(report.Outcome("two", made, results, 4, [], []))
+    (figures,) = (section for section in sections if section.title == "Figures")
+    (table, *_) = figures.parts
+    assert isinstance(table, Table) and {row[0] for row in table.rows} == {"north_m_s"}, "what varies is no figure"
+
+
 def job_in(folder: Path, keep: flight.Keep = "all") -> Job:
     return Job("arm", 1, SCENARIO, str(folder / "seed-1"), keep=keep)
 

@@ -44,6 +44,8 @@ class Arm(NamedTuple):
     """"altitude=fixed, loss=0.3"; the scenario's own name where nothing varies."""
     values: Mapping[str, Any]
     """What varies, by the short name of its key; scalars, or the number of a value that is none ("#2")."""
+    keys: Mapping[str, str]
+    """The whole keys of these, by their short names."""
     scenario: Scenario
     slug: str
     """The name as a folder's."""
@@ -97,7 +99,7 @@ def arms_of(path: Path, variations: Sequence[Variation]) -> list[Arm]:
         shown = {short[each.key]: label[place] for each, label, place in zip(variations, labels, places, strict=True)}
         scenario = changed(data, chosen, path)
         name = ", ".join(f"{key}={_text(value)}" for key, value in shown.items()) or scenario.name
-        arms.append(Arm(name, shown, scenario, _slug(name, number, arms)))
+        arms.append(Arm(name, shown, {name: key for key, name in short.items()}, scenario, _slug(name, number, arms)))
     return arms
 
 

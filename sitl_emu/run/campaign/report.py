@@ -39,7 +39,8 @@ def sections_of(outcome: Outcome) -> list[Section]:
     rows = tables.rows_of(outcome.results, outcome.arms)
     by_arm = {name: [row for row in rows if row["arm"] == name] for name in outcome.arms}
     varied = dict.fromkeys(key for arm in outcome.arms.values() for key in arm.values)
-    leave = ("arm", "seed", "outcome", "success", *varied, *tables.MACHINE)
+    columns = tables.varied_columns(outcome.results, outcome.arms)
+    leave = (*tables.HEAD, *columns.values(), *tables.MACHINE)
     figures = statistics.figures_of(rows, leave)
     made = [_success(by_arm, outcome.arms, list(varied)), *_wanted(outcome)]
     made += [_figures(by_arm, figures)] if figures else []

@@ -21,21 +21,37 @@ Row = dict[str, Any]
 RUNS = "runs"
 NOT_OF_A_ROW = ("scenario", "seed", "outcome", "lines", "wall_clock")
 """Of a summary: what stands in each row in another form, or is no figure."""
+HEAD = ("arm", "seed", "outcome", "success")
+"""Columns that every row has, beside what varies."""
 MACHINE = ("wall_s", "speed_factor", "tries", "host")
 """Columns that depend on the machine."""
 
 
 def rows_of(results: Sequence[Result], arms: Mapping[str, Arm]) -> list[Row]:
     """A row for each run."""
-    rows = list[Row]()
+    rows, columns = list[Row](), varied_columns(results, arms)
     for result in results:
-        summary = result.summary or {}
-        head = {"arm": result.arm, **arms[result.arm].values, "seed": result.seed}
-        flown = {"outcome": summary["outcome"], "success": summary["outcome"] == SUCCESS}
-        figures = {name: value for name, value in summary.items() if name not in NOT_OF_A_ROW}
+        varied = {columns[name]: value for name, value in arms[result.arm].values.items()}
+        head = {"arm": result.arm, **varied, "seed": result.seed}
+        outcome = (result.summary or {})["outcome"]
+        flown = {"outcome": outcome, "success": outcome == SUCCESS}
         machine = {"wall_s": result.wall_s, "tries": result.tries, "host": result.host}
-        rows.append({**head, **flown, **_scalars(figures), **machine})
+        rows.append({**head, **flown, **_figures(result), **machine})
     return rows
+
+
+def varied_columns(results: Sequence[Result], arms: Mapping[str, Arm]) -> dict[str, str]:
+    """The column of each key that varies, by its short name: that name, or the whole key where a figure has it."""
+    taken = {*HEAD, *MACHINE, *(figure for result in results for figure in _figures(result))}
+    keys = {name: key for arm in arms.values() for name, key in arm.keys.items()}
+    return {
+        name: next((column for column in (name, key) if column not in taken), f"varied.{key}")
+        for name, key in keys.items()
+    }
+
+
+def _figures(result: Result) -> Row:
+    return _scalars({name: value for name, value in (result.summary or {}).items() if name not in NOT_OF_A_ROW})
 
 
 def records_of(results: Sequence[Result]) -> dict[str, list[Row]]:
