@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 from sitl_emu.cli import app
 from sitl_emu.missions.mission import Mission, Row
 from sitl_emu.missions.reporting import Table
-from sitl_emu.run.campaign import flight, pools, report, store, tables
+from sitl_emu.run.campaign import dask_pool, flight, pools, report, store, tables
 from sitl_emu.run.campaign.arms import Arm, arms_of, variation
 from sitl_emu.run.campaign.flight import Job, Result
 from sitl_emu.run.campaign.progress import Estimate, said_of
@@ -88,7 +88,7 @@ def test_a_worker_that_can_not_make_the_campaigns_folder_flies_for_the_result_al
     monkeypatch.setattr(flight, "fly", fly)
     there, nowhere = (Job("calm", 3, SCENARIO, f"{folder}/arms/seed-3") for folder in (tmp_path, "/dev/null"))
     for job in (there, nowhere):
-        assert pools.fly_where_it_can(job, lambda: False) == result("calm", 3)
+        assert dask_pool.fly_where_it_can(job, lambda: False) == result("calm", 3)
     assert flown[0] == there
     assert flown[1].keep == "none" and not Path(flown[1].folder).parent.exists()
 
@@ -340,17 +340,6 @@ def test_runs_with_commands_take_px4s_ports_and_go_one_at_a_time(tmp_path: Path)
     (tmp_path / "own.yaml").write_text(yaml.safe_dump(SCENARIO | {"vehicles": [vehicle]}))
     text = refused(str(tmp_path / "own.yaml"), "--runs", "2", "--workers", "2")
     assert "uas has a command as its autopilot or companion" in text and "leave out --dask and --workers" in text
-
-
-def test_a_scheduler_that_is_not_there_is_named_with_how_to_start_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(pools, "ANSWER_S", 0.5)
-    (tmp_path / "two.yaml").write_text(yaml.safe_dump(SCENARIO))
-    text = refused(
-        str(tmp_path / "two.yaml"), "--runs", "1", "--dask", "tcp://127.0.0.1:9", "--out", str(tmp_path / "c")
-    )
-    assert "--dask tcp://127.0.0.1:9: no scheduler answers there; start one with `dask scheduler`" in text
 
 
 def test_results_are_json_that_reads_back() -> None:

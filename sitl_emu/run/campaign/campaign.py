@@ -21,7 +21,7 @@ from sitl_emu.missions.companion.swarm.key import MOST_SEED
 from sitl_emu.missions.mission import Mission
 from sitl_emu.missions.reporting import Section, Table
 from sitl_emu.run import checks, preflight
-from sitl_emu.run.campaign import pools, store
+from sitl_emu.run.campaign import dask_pool, pools, store
 from sitl_emu.run.campaign.arms import Arm, arms_of, variation
 from sitl_emu.run.campaign.flight import Job, Keep, Result
 from sitl_emu.run.campaign.pools import Pool
@@ -59,7 +59,7 @@ def campaign(wanted: Wanted, console: Console) -> int:
     """Fly it; 0 when all runs are there, however they ended, 130 when it was stopped. Raises Trouble."""
     _expect_extras()
     if wanted.dask is not None:
-        pools.check(wanted.dask)
+        dask_pool.check(wanted.dask)
     path = find(wanted.scenario)
     arms = arms_of(path, [variation(text) for text in wanted.vary])
     seed = arms[0].scenario.seed if wanted.seed is None else wanted.seed
@@ -120,9 +120,10 @@ def _by_command(vehicle: object) -> bool:
 def _flown(jobs: Sequence[Job], wanted: Wanted, kept: Store, console: Console, planned: int) -> list[str]:
     """Have jobs flown; what became of those that are not there, a line each. Raises Trouble."""
     workers = 1 if not jobs[0].isolated else wanted.workers or pools.default_workers()
-    opened = pools.on_dask(wanted.dask) if wanted.dask is not None else pools.here(min(workers, len(jobs)))
+    opened = dask_pool.on_dask(wanted.dask) if wanted.dask is not None else pools.here(min(workers, len(jobs)))
     missing = list[str]()
-    with _stoppable() as stopped, opened as pool:
+    # the pool first: while a cluster is waited for, Ctrl-C and SIGTERM end this process, as anywhere
+    with opened as pool, _stoppable() as stopped:
         _say(console, pool.about)
         view = CampaignView(console, planned, planned - len(jobs), pool.places)
         try:

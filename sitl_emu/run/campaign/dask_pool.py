@@ -1,0 +1,119 @@
+"""The workers of a Dask cluster fly the runs of a campaign: a run is a task.
+
+Where a worker dies, Dask gives its tasks to another, and the run that it flew ends with it (`flight.py`). A result is
+what the task returns, so that workers need no folder in common with the campaign's; where they have one, run folders
+are there too, and where the campaign's can't be made, none is kept.
+"""
+
+import asyncio
+import contextlib
+import tempfile
+import uuid
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from sitl_emu import __version__
+from sitl_emu.run.addresses import is_port
+from sitl_emu.run.campaign import flight
+from sitl_emu.run.campaign.flight import Job, Result
+from sitl_emu.run.campaign.pools import Pool
+from sitl_emu.run.trouble import Trouble
+
+ANSWER_S = 10.0
+"""Ours: how long a scheduler, and its workers, have to answer."""
+
+
+def check(address: str) -> None:
+    """Raise Trouble for what is no address of a Dask scheduler."""
+    kind, _, place = address.partition("://")
+    host, _, port = place.rpartition(":")
+    if kind not in ("tcp", "tls") or not host or not is_port(port):
+        raise Trouble(f"--dask {address}: give tcp://HOST:PORT or tls://HOST:PORT, such as tcp://127.0.0.1:8786")
+
+
+@contextlib.contextmanager
+def on_dask(address: str) -> Iterator[Pool]:
+    """A Dask cluster by its scheduler's address. Raises Trouble."""
+    try:
+        import distributed
+    except ImportError:
+        raise Trouble("--dask: it needs Dask: pip install 'sitl-emu[dask]'") from None
+    try:
+        _expect_scheduler(address)
+        client = distributed.Client(address, timeout=ANSWER_S, set_as_default=False)
+    except Exception:  # whatever becomes of bytes that another program sends
+        raise Trouble(
+            f"--dask {address}: no scheduler answers there; start one with `dask scheduler`, workers with "
+            "`dask worker ADDRESS --nthreads 1`, and give its address, such as tcp://127.0.0.1:8786"
+        ) from None
+    with client:
+        _expect_versions(client, address)
+        places = sum(client.nthreads().values())
+        executor, over = client.get_executor(pure=False), f"sitl-emu-{uuid.uuid4()}"
+        stopping = distributed.Event(over, client=client)
+
+        def stop() -> None:
+            stopping.set()
+            executor.shutdown(wait=False)
+
+        try:
+            about = f"{places} at a time on the Dask cluster at {address}"
+            yield Pool(lambda job: executor.submit(_fly_on_worker, job, over), stop, max(places, 1), about)
+        finally:
+            stop()
+
+
+def _fly_on_worker(job: Job, over: str) -> Result:
+    """A task."""
+    import distributed
+
+    return fly_where_it_can(job, distributed.Event(over).is_set)
+
+
+def fly_where_it_can(job: Job, stopping: flight.Stopping) -> Result:
+    """Fly a job in its folder, or in a temporary one where this machine can't make that: then for its result alone."""
+    try:
+        Path(job.folder).parent.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        with tempfile.TemporaryDirectory(prefix="sitl-emu-") as folder:
+            return flight.fly(job._replace(folder=str(Path(folder) / "run"), keep="none"), stopping)
+    return flight.fly(job, stopping)
+
+
+def _expect_scheduler(address: str) -> None:
+    """Raise an exception where no scheduler says who it is.
+
+    Asked before there is a Client, whose `timeout` leaves out the handshake (distributed 2026.8, comm/core.py,
+    `connect`): beside a program that takes the connection and says nothing it waits without end.
+    """
+    import distributed
+
+    async def asked() -> Mapping[str, Any]:
+        async with distributed.rpc(address, timeout=ANSWER_S) as scheduler:
+            said: Mapping[str, Any] = await scheduler.identity()
+            return said
+
+    if "workers" not in asyncio.run(asyncio.wait_for(asked(), ANSWER_S)):
+        raise ValueError("a worker, which has no workers of its own")
+
+
+def _expect_versions(client: Any, address: str) -> None:
+    """Raise Trouble for workers that would fly something else."""
+
+    async def asked() -> Mapping[str, Any]:
+        said: Mapping[str, Any] = await client.run(_version, on_error="return")
+        return said
+
+    try:
+        versions = client.sync(asked, callback_timeout=ANSWER_S)
+    except (OSError, TimeoutError):
+        raise Trouble(f"--dask {address}: not all of its workers answer; end those that hang") from None
+    for worker, version in versions.items():
+        if version != __version__:
+            has = f"sitl-emu {version}" if isinstance(version, str) else f"no sitl-emu ({version})"
+            raise Trouble(f"--dask {address}: worker {worker} has {has}; this is {__version__}: install it there")
+
+
+def _version() -> str:
+    return __version__

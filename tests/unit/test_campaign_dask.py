@@ -1,0 +1,82 @@
+"""A campaign and its Dask cluster: what is said of one that is not there, and of one that goes away."""
+
+import contextlib
+import signal
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from sitl_emu.cli import app
+from sitl_emu.run.campaign import dask_pool, pools
+from sitl_emu.run.campaign.pools import Pool
+
+SCENARIO = {"name": "two", "world": "flat", "vehicles": [{"name": "uas", "model": "iris"}]}
+NO_SCHEDULER = "no scheduler answers there; start one with `dask scheduler`"
+
+
+def flown(folder: Path, *words: str) -> tuple[int, str]:
+    """Exit status and what is said of a campaign of a scenario without a companion."""
+    path = folder / "two.yaml"
+    path.write_text(yaml.safe_dump(SCENARIO))
+    done = CliRunner().invoke(app, ["campaign", str(path), "--out", str(folder / "c"), *words])
+    return done.exit_code, " ".join(done.output.split())
+
+
+@contextlib.contextmanager
+def another_program(says: bytes) -> Iterator[str]:
+    """The address of one that takes connections, and says this or nothing."""
+    with socket.create_server(("127.0.0.1", 0)) as server, contextlib.ExitStack() as taken:
+
+        def serve() -> None:
+            with contextlib.suppress(OSError):  # of the end
+                while True:
+                    connection = taken.enter_context(server.accept()[0])
+                    connection.sendall(says)
+
+        if says:
+            threading.Thread(target=serve, daemon=True).start()
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        with contextlib.suppress(OSError):
+            server.shutdown(socket.SHUT_RDWR)
+
+
+def test_a_scheduler_that_is_not_there_is_named_with_how_to_start_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_pool, "ANSWER_S", 0.5)
+    status, text = flown(tmp_path, "--runs", "1", "--dask", "tcp://127.0.0.1:9")
+    assert status == 2 and f"--dask tcp://127.0.0.1:9: {NO_SCHEDULER}" in text
+
+
+@pytest.mark.parametrize("says", [b"", b"SSH-2.0-OpenSSH_9.6\r\n"])
+def test_another_program_at_the_address_is_not_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, says: bytes
+) -> None:
+    """Dask's own time limit leaves out its handshake: a program that says nothing was waited for without end."""
+    monkeypatch.setattr(dask_pool, "ANSWER_S", 0.5)
+    with another_program(says) as address:
+        status, text = flown(tmp_path, "--runs", "1", "--dask", address)
+    assert status == 2 and f"--dask {address}: {NO_SCHEDULER}" in text
+
+
+def test_ctrl_c_and_sigterm_end_a_campaign_that_waits_for_its_cluster(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Until there is a pool, signals do what they do elsewhere; then they end runs."""
+    during = list[object]()
+
+    @contextlib.contextmanager
+    def opened(_workers: int) -> Iterator[Pool]:
+        during.append(signal.getsignal(signal.SIGTERM))
+        signal.raise_signal(signal.SIGINT)
+        yield Pool(lambda job: pytest.fail(f"{job.arm}: flown"), lambda: None, 1, "here")
+
+    monkeypatch.setattr(pools, "here", opened)
+    before = signal.getsignal(signal.SIGTERM)
+    status, _ = flown(tmp_path, "--runs", "1")
+    assert status == 130 and during == [before]
