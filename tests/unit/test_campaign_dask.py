@@ -1,20 +1,26 @@
 """A campaign and its Dask cluster: what is said of one that is not there, and of one that goes away."""
 
 import contextlib
+import json
 import signal
 import socket
 import threading
 from collections.abc import Iterator
+from concurrent.futures import Future, wait
 from pathlib import Path
+from typing import Any
 
+import distributed
 import pytest
 import yaml
 from typer.testing import CliRunner
 
 from sitl_emu.cli import app
 from sitl_emu.run.campaign import dask_pool, pools
+from sitl_emu.run.campaign.flight import Job, Result
 from sitl_emu.run.campaign.pools import Pool
 
+LIMIT_S = 60.0
 SCENARIO = {"name": "two", "world": "flat", "vehicles": [{"name": "uas", "model": "iris"}]}
 NO_SCHEDULER = "no scheduler answers there; start one with `dask scheduler`"
 
@@ -43,6 +49,15 @@ def another_program(says: bytes) -> Iterator[str]:
         yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
         with contextlib.suppress(OSError):
             server.shutdown(socket.SHUT_RDWR)
+
+
+@pytest.fixture
+def cluster() -> Iterator[Any]:
+    """A scheduler without workers, in this process."""
+    with distributed.LocalCluster(
+        n_workers=0, processes=False, protocol="tcp", host="127.0.0.1", dashboard_address=None
+    ) as started:
+        yield started
 
 
 def test_a_scheduler_that_is_not_there_is_named_with_how_to_start_one(
@@ -80,3 +95,53 @@ def test_ctrl_c_and_sigterm_end_a_campaign_that_waits_for_its_cluster(
     before = signal.getsignal(signal.SIGTERM)
     status, _ = flown(tmp_path, "--runs", "1")
     assert status == 130 and during == [before]
+
+
+def test_a_scheduler_that_goes_away_takes_its_runs_along_and_is_not_waited_for(tmp_path: Path, cluster: Any) -> None:
+    with dask_pool.on_dask(cluster.scheduler_address) as pool:
+        future = pool.submit(Job("calm", 1, SCENARIO, str(tmp_path / "seed-1")))
+        cluster.close()
+        wait([future], LIMIT_S)
+        assert future.cancelled()
+        pool.stop()
+    assert pool.gone == f"--dask {cluster.scheduler_address}: the scheduler has gone; the same command goes on"
+
+
+def test_a_campaign_whose_scheduler_has_gone_says_so_and_reports_what_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    @contextlib.contextmanager
+    def opened(_workers: int) -> Iterator[Pool]:
+        def submit(job: Job) -> "Future[Result]":
+            future = Future[Result]()
+            if job.seed == 1:
+                summary = {"scenario": "two", "seed": 1, "outcome": "success", "wall_clock": {"run_s": 3.0}}
+                future.set_result(Result(job.arm, job.seed, summary))
+            else:
+                future.cancel()
+            return future
+
+        yield Pool(submit, lambda: None, 1, "far away", "the scheduler has gone")
+
+    monkeypatch.setattr(pools, "here", opened)
+    status, text = flown(tmp_path, "--runs", "3")
+    assert status == 1
+    assert text.count("sitl-emu: the scheduler has gone") == 1 and "1 of 3 runs are there" in text
+    assert "the scheduler has gone" in (tmp_path / "c/report.html").read_text()
+    assert json.loads((tmp_path / "c/results/two/seed-1.json").read_text())["summary"]["outcome"] == "success"
+
+
+def test_a_worker_that_can_not_ask_whether_all_is_over_flies_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was told as a folder that can't be written, which ended the campaign."""
+
+    class Unheard:
+        def __init__(self, _name: str) -> None: ...
+
+        def is_set(self) -> bool:
+            raise OSError("ConnectionPool closing.")
+
+    monkeypatch.setattr(distributed, "Event", Unheard)
+    monkeypatch.setattr(
+        dask_pool, "fly_where_it_can", lambda job, stopping: Result(job.arm, job.seed, stopped=stopping())
+    )
+    assert dask_pool._fly_on_worker(Job("calm", 1, SCENARIO, "nowhere"), "over") == Result("calm", 1)

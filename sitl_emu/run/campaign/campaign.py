@@ -136,7 +136,10 @@ def _flown(jobs: Sequence[Job], wanted: Wanted, kept: Store, console: Console, p
 
 
 def _collected(jobs: Sequence[Job], pool: Pool, kept: Store, view: CampaignView, stopped: threading.Event) -> list[str]:
-    """Keep results as they come; a line for each run that has none, but for those that a stop has kept from it."""
+    """Keep results as they come; a line for each run that has none, but for those that a stop has kept from it.
+
+    What this campaign has not stopped, and is cancelled, was taken from it with all the others.
+    """
     missing, refused = list[str](), False
     waiting = {pool.submit(job): job for job in jobs}
     try:
@@ -146,6 +149,9 @@ def _collected(jobs: Sequence[Job], pool: Pool, kept: Store, view: CampaignView,
                 pool.stop()
             for future in [one for one in waiting if one.done()]:  # `wait` does not know those that a stop cancels
                 result = _result_of(future, waiting.pop(future))
+                if future.cancelled() and not (stopped.is_set() or refused):
+                    refused = True
+                    missing.append(pool.gone)
                 if result.summary is not None:
                     kept.keep(result)
                 if not result.stopped:

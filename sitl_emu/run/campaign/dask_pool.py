@@ -7,6 +7,7 @@ are there too, and where the campaign's can't be made, none is kept.
 
 import asyncio
 import contextlib
+import logging
 import tempfile
 import uuid
 from collections.abc import Iterator, Mapping
@@ -47,6 +48,8 @@ def on_dask(address: str) -> Iterator[Pool]:
             f"--dask {address}: no scheduler answers there; start one with `dask scheduler`, workers with "
             "`dask worker ADDRESS --nthreads 1`, and give its address, such as tcp://127.0.0.1:8786"
         ) from None
+    for name in ("distributed", "distributed.client"):  # a scheduler that has gone is told in a line, not in tracebacks
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     with client:
         _expect_versions(client, address)
         places = sum(client.nthreads().values())
@@ -54,12 +57,15 @@ def on_dask(address: str) -> Iterator[Pool]:
         stopping = distributed.Event(over, client=client)
 
         def stop() -> None:
-            stopping.set()
+            if client.status == "running":  # else the scheduler has gone, and would be waited for each time
+                with contextlib.suppress(OSError):
+                    stopping.set()
             executor.shutdown(wait=False)
 
         try:
             about = f"{places} at a time on the Dask cluster at {address}"
-            yield Pool(lambda job: executor.submit(_fly_on_worker, job, over), stop, max(places, 1), about)
+            gone = f"--dask {address}: the scheduler has gone; the same command goes on"
+            yield Pool(lambda job: executor.submit(_fly_on_worker, job, over), stop, max(places, 1), about, gone)
         finally:
             stop()
 
@@ -68,7 +74,14 @@ def _fly_on_worker(job: Job, over: str) -> Result:
     """A task."""
     import distributed
 
-    return fly_where_it_can(job, distributed.Event(over).is_set)
+    event = distributed.Event(over)
+
+    def is_over() -> bool:
+        with contextlib.suppress(OSError):  # a worker whose scheduler has gone ends, and its runs with it
+            return bool(event.is_set())
+        return False
+
+    return fly_where_it_can(job, is_over)
 
 
 def fly_where_it_can(job: Job, stopping: flight.Stopping) -> Result:
