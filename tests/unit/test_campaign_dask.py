@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import Future, wait
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import distributed
@@ -15,10 +16,13 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from sitl_emu import __version__
 from sitl_emu.cli import app
+from sitl_emu.run.campaign import campaign as campaigns
 from sitl_emu.run.campaign import dask_pool, pools
 from sitl_emu.run.campaign.flight import Job, Result
 from sitl_emu.run.campaign.pools import Pool
+from sitl_emu.run.trouble import Trouble
 
 LIMIT_S = 60.0
 SCENARIO = {"name": "two", "world": "flat", "vehicles": [{"name": "uas", "model": "iris"}]}
@@ -121,7 +125,7 @@ def test_a_campaign_whose_scheduler_has_gone_says_so_and_reports_what_is_there(
                 future.cancel()
             return future
 
-        yield Pool(submit, lambda: None, 1, "far away", "the scheduler has gone")
+        yield Pool(submit, lambda: None, 1, "far away", gone="the scheduler has gone")
 
     monkeypatch.setattr(pools, "here", opened)
     status, text = flown(tmp_path, "--runs", "3")
@@ -144,4 +148,55 @@ def test_a_worker_that_can_not_ask_whether_all_is_over_flies_on(monkeypatch: pyt
     monkeypatch.setattr(
         dask_pool, "fly_where_it_can", lambda job, stopping: Result(job.arm, job.seed, stopped=stopping())
     )
-    assert dask_pool._fly_on_worker(Job("calm", 1, SCENARIO, "nowhere"), "over") == Result("calm", 1)
+    job = Job("calm", 1, SCENARIO, "nowhere")
+    assert dask_pool._fly_on_worker(job, "over", __version__) == Result("calm", 1)
+
+
+def test_a_cluster_without_workers_is_said_to_be_so_until_there_is_one(cluster: Any) -> None:
+    address = cluster.scheduler_address
+    with dask_pool.on_dask(address) as pool:
+        assert pool.lacking() == f"--dask {address}: no workers there: start `dask worker {address} --nthreads 1`"
+        cluster.scale(1)
+        cluster.wait_for_workers(1, LIMIT_S)
+        assert pool.lacking() == ""
+
+
+def test_what_a_campaign_lacks_is_said_once_and_that_it_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    future = Future[Result]()
+    lacks = ["no workers there", "no workers there", "", ""]
+
+    def lacking() -> str:
+        if len(lacks) == 1:
+            summary = {"scenario": "two", "seed": 1, "outcome": "success", "wall_clock": {"run_s": 3.0}}
+            future.set_result(Result("two", 1, summary))
+        return lacks.pop(0)
+
+    @contextlib.contextmanager
+    def opened(_workers: int) -> Iterator[Pool]:
+        yield Pool(lambda _job: future, lambda: None, 1, "far away", lacking)
+
+    monkeypatch.setattr(pools, "here", opened)
+    monkeypatch.setattr(campaigns, "LOOK_S", 0.01)
+    status, text = flown(tmp_path, "--runs", "1")
+    assert status == 0 and "far away no workers there it goes on 1/1 two, seed 1: success" in text
+
+
+def test_a_worker_with_another_sitl_emu_that_joins_later_flies_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(distributed, "get_worker", lambda: SimpleNamespace(address="tcp://10.0.0.7:4"))
+    monkeypatch.setattr(dask_pool, "fly_where_it_can", lambda job, stopping: pytest.fail("flown"))
+    assert dask_pool._fly_on_worker(Job("calm", 1, SCENARIO, "nowhere"), "over", "9.9.9").refused == (
+        f"worker tcp://10.0.0.7:4 has sitl-emu {__version__}; the campaign's is 9.9.9: install it there, "
+        "and the same command goes on"
+    )
+
+
+def test_workers_with_another_sitl_emu_are_refused_before_anything_is_flown(
+    cluster: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cluster.scale(1)
+    cluster.wait_for_workers(1, LIMIT_S)
+    monkeypatch.setattr(dask_pool, "_version", lambda: "9.9.9")
+    with pytest.raises(Trouble, match=r"worker tcp://\S+ has sitl-emu 9.9.9; the campaign's is \S+: install it there"):
+        dask_pool.on_dask(cluster.scheduler_address).__enter__()

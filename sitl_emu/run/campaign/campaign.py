@@ -140,13 +140,16 @@ def _collected(jobs: Sequence[Job], pool: Pool, kept: Store, view: CampaignView,
 
     What this campaign has not stopped, and is cancelled, was taken from it with all the others.
     """
-    missing, refused = list[str](), False
+    missing, refused, lacking = list[str](), False, ""
     waiting = {pool.submit(job): job for job in jobs}
     try:
         while waiting:
             wait(waiting, return_when=FIRST_COMPLETED, timeout=LOOK_S)
             if stopped.is_set() or refused:
                 pool.stop()
+            elif (told := pool.lacking()) != lacking:
+                lacking = told
+                view.say(told or "it goes on")
             for future in [one for one in waiting if one.done()]:  # `wait` does not know those that a stop cancels
                 result = _result_of(future, waiting.pop(future))
                 if future.cancelled() and not (stopped.is_set() or refused):

@@ -10,7 +10,8 @@ import contextlib
 import logging
 import tempfile
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -52,9 +53,13 @@ def on_dask(address: str) -> Iterator[Pool]:
         logging.getLogger(name).setLevel(logging.CRITICAL)
     with client:
         _expect_versions(client, address)
-        places = sum(client.nthreads().values())
+        places = sum(_answer(client, client.nthreads).values())
         executor, over = client.get_executor(pure=False), f"sitl-emu-{uuid.uuid4()}"
         stopping = distributed.Event(over, client=client)
+
+        def submit(job: Job) -> "Future[Result]":
+            submitted: Future[Result] = executor.submit(_fly_on_worker, job, over, __version__)
+            return submitted
 
         def stop() -> None:
             if client.status == "running":  # else the scheduler has gone, and would be waited for each time
@@ -62,18 +67,36 @@ def on_dask(address: str) -> Iterator[Pool]:
                     stopping.set()
             executor.shutdown(wait=False)
 
+        def lacking() -> str:
+            with contextlib.suppress(OSError):
+                if client.status == "running" and not _answer(client, client.nthreads):
+                    return f"--dask {address}: no workers there: start `dask worker {address} --nthreads 1`"
+            return ""
+
+        about = f"{places} at a time on the Dask cluster at {address}"
+        gone = f"--dask {address}: the scheduler has gone; the same command goes on"
         try:
-            about = f"{places} at a time on the Dask cluster at {address}"
-            gone = f"--dask {address}: the scheduler has gone; the same command goes on"
-            yield Pool(lambda job: executor.submit(_fly_on_worker, job, over), stop, max(places, 1), about, gone)
+            yield Pool(submit, stop, max(places, 1), about, lacking, gone)
         finally:
             stop()
 
 
-def _fly_on_worker(job: Job, over: str) -> Result:
-    """A task."""
+def _answer(client: Any, ask: Callable[[], Any]) -> Any:
+    """What a client's method answers, whose own wait has no end. Raises OSError, of which TimeoutError is one."""
+
+    async def asked() -> Any:
+        return await ask()
+
+    return client.sync(asked, callback_timeout=ANSWER_S)
+
+
+def _fly_on_worker(job: Job, over: str, version: str) -> Result:
+    """A task; `version`: the campaign's, as workers join that were not there when it began."""
     import distributed
 
+    if version != __version__:
+        told = _differs(distributed.get_worker().address, __version__, version)
+        return Result(job.arm, job.seed, refused=f"{told}, and the same command goes on")
     event = distributed.Event(over)
 
     def is_over() -> bool:
@@ -113,19 +136,19 @@ def _expect_scheduler(address: str) -> None:
 
 def _expect_versions(client: Any, address: str) -> None:
     """Raise Trouble for workers that would fly something else."""
-
-    async def asked() -> Mapping[str, Any]:
-        said: Mapping[str, Any] = await client.run(_version, on_error="return")
-        return said
-
     try:
-        versions = client.sync(asked, callback_timeout=ANSWER_S)
-    except (OSError, TimeoutError):
+        versions = _answer(client, lambda: client.run(_version, on_error="return"))
+    except OSError:
         raise Trouble(f"--dask {address}: not all of its workers answer; end those that hang") from None
     for worker, version in versions.items():
         if version != __version__:
-            has = f"sitl-emu {version}" if isinstance(version, str) else f"no sitl-emu ({version})"
-            raise Trouble(f"--dask {address}: worker {worker} has {has}; this is {__version__}: install it there")
+            raise Trouble(f"--dask {address}: {_differs(worker, version, __version__)}")
+
+
+def _differs(worker: str, version: object, wanted: str) -> str:
+    """That a worker has another sitl-emu than a campaign, or none."""
+    has = f"sitl-emu {version}" if isinstance(version, str) else f"no sitl-emu ({version})"
+    return f"worker {worker} has {has}; the campaign's is {wanted}: install it there"
 
 
 def _version() -> str:

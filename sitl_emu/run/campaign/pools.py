@@ -23,6 +23,8 @@ class Pool(NamedTuple):
     places: int
     """How many runs go on at a time, as far as that is known."""
     about: str
+    lacking: Callable[[], str] = str
+    """What is missing for any run to begin, a line for people; empty where nothing is."""
     gone: str = ""
     """What is said where runs are cancelled, and it was not `stop`."""
 
