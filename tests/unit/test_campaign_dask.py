@@ -2,8 +2,10 @@
 
 import contextlib
 import json
+import shutil
 import signal
 import socket
+import subprocess
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future, wait
@@ -11,6 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import dask
 import distributed
 import pytest
 import yaml
@@ -200,3 +203,53 @@ def test_workers_with_another_sitl_emu_are_refused_before_anything_is_flown(
     monkeypatch.setattr(dask_pool, "_version", lambda: "9.9.9")
     with pytest.raises(Trouble, match=r"worker tcp://\S+ has sitl-emu 9.9.9; the campaign's is \S+: install it there"):
         dask_pool.on_dask(cluster.scheduler_address).__enter__()
+
+
+def certificate(folder: Path, name: str) -> dict[str, str]:
+    """Dask's configuration with a certificate that is its own authority; openssl makes it."""
+    if shutil.which("openssl") is None:
+        pytest.skip("no openssl, which makes certificates")
+    key, made = str(folder / f"{name}.key"), str(folder / f"{name}.pem")
+    curve = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2"]
+    command = ["openssl", "req", "-x509", *curve, "-subj", f"/CN={name}", "-keyout", key, "-out", made]
+    subprocess.run(command, check=True, capture_output=True)
+    fields = {"ca-file": made}
+    for role in ("client", "scheduler"):
+        fields |= {f"{role}.cert": made, f"{role}.key": key}
+    return {f"distributed.comm.tls.{field}": path for field, path in fields.items()}
+
+
+def test_tls_goes_by_dasks_own_configuration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own, other = certificate(tmp_path, "own"), certificate(tmp_path, "other")
+    with dask.config.set(own):
+        security = distributed.Security()
+    with distributed.LocalCluster(
+        n_workers=0, processes=False, protocol="tls", host="127.0.0.1", dashboard_address=None, security=security
+    ) as cluster:
+        with dask.config.set(own), dask_pool.on_dask(cluster.scheduler_address) as pool:
+            assert "no workers there" in pool.lacking(), "its scheduler has answered"
+        with (
+            dask.config.set(other),
+            pytest.raises(Trouble, match=r"no scheduler answers there that the certificates of distributed\.comm\.tls"),
+        ):
+            monkeypatch.setattr(dask_pool, "ANSWER_S", 0.5)
+            dask_pool.on_dask(cluster.scheduler_address).__enter__()
+
+
+@pytest.mark.parametrize(
+    ("configured", "wanted"),
+    [
+        ({}, "TLS needs distributed.comm.tls.ca-file and distributed.comm.tls.client.cert in Dask's configuration"),
+        ({"ca-file": "/dev/null"}, "TLS needs distributed.comm.tls.client.cert in Dask's configuration"),
+        (
+            {"ca-file": "/nowhere/ca.pem", "client.cert": "/nowhere/own.pem"},
+            "TLS can't read what distributed.comm.tls.ca-file, client.cert and client.key name: [Errno 2] No such file",
+        ),
+    ],
+)
+def test_tls_without_certificates_is_one_line_that_names_what_is_missing(
+    tmp_path: Path, configured: dict[str, str], wanted: str
+) -> None:
+    with dask.config.set({f"distributed.comm.tls.{name}": value for name, value in configured.items()}):
+        status, text = flown(tmp_path, "--runs", "1", "--dask", "tls://127.0.0.1:9")
+    assert status == 2 and f"--dask tls://127.0.0.1:9: {wanted}" in text

@@ -24,6 +24,7 @@ from sitl_emu.run.trouble import Trouble
 
 ANSWER_S = 10.0
 """Ours: how long a scheduler, and its workers, have to answer."""
+TLS = "tls://"
 
 
 def check(address: str) -> None:
@@ -41,12 +42,14 @@ def on_dask(address: str) -> Iterator[Pool]:
         import distributed
     except ImportError:
         raise Trouble("--dask: it needs Dask: pip install 'sitl-emu[dask]'") from None
+    _expect_tls(address)
     try:
         _expect_scheduler(address)
         client = distributed.Client(address, timeout=ANSWER_S, set_as_default=False)
     except Exception:  # whatever becomes of bytes that another program sends
+        fitting = " that the certificates of distributed.comm.tls fit" if address.startswith(TLS) else ""
         raise Trouble(
-            f"--dask {address}: no scheduler answers there; start one with `dask scheduler`, workers with "
+            f"--dask {address}: no scheduler answers there{fitting}; start one with `dask scheduler`, workers with "
             "`dask worker ADDRESS --nthreads 1`, and give its address, such as tcp://127.0.0.1:8786"
         ) from None
     for name in ("distributed", "distributed.client"):  # a scheduler that has gone is told in a line, not in tracebacks
@@ -117,6 +120,26 @@ def fly_where_it_can(job: Job, stopping: flight.Stopping) -> Result:
     return flight.fly(job, stopping)
 
 
+def _expect_tls(address: str) -> None:
+    """Raise Trouble where an address asks for TLS, and Dask's configuration lacks what a client needs for it."""
+    import distributed
+
+    if not address.startswith(TLS):
+        return
+    security = distributed.Security()
+    needed = {"ca-file": security.tls_ca_file, "client.cert": security.tls_client_cert}
+    if missing := [f"distributed.comm.tls.{name}" for name, value in needed.items() if not value]:
+        raise Trouble(
+            f"--dask {address}: TLS needs {' and '.join(missing)} in Dask's configuration "
+            "(https://distributed.dask.org/en/stable/tls.html)"
+        )
+    try:
+        security.get_connection_args("client")
+    except OSError as error:  # also of ssl
+        named = "distributed.comm.tls.ca-file, client.cert and client.key"
+        raise Trouble(f"--dask {address}: TLS can't read what {named} name: {error}") from None
+
+
 def _expect_scheduler(address: str) -> None:
     """Raise an exception where no scheduler says who it is.
 
@@ -125,8 +148,10 @@ def _expect_scheduler(address: str) -> None:
     """
     import distributed
 
+    own = distributed.Security().get_connection_args("client")  # of Dask's configuration, as Client has it
+
     async def asked() -> Mapping[str, Any]:
-        async with distributed.rpc(address, timeout=ANSWER_S) as scheduler:
+        async with distributed.rpc(address, timeout=ANSWER_S, connection_args=own) as scheduler:
             said: Mapping[str, Any] = await scheduler.identity()
             return said
 
