@@ -34,13 +34,16 @@ from sitl_emu.autopilot.sensors.distance_sensors import DownwardSensor, distance
 from sitl_emu.autopilot.topics import (
     FRAME_FRD,
     FRAME_NED,
+    NOT_NEW,
     DistanceSensorSample,
+    Ekf2Timestamps,
     SensorCombined,
     Topics,
     Vector3,
     VehicleOdometry,
 )
 
+TENTH_MS_US: Final = 100
 STATUS_TIMEOUT_US: Final = 3_000_000
 RANGE_TIMEOUT_US: Final = 1_000_000
 DECLINATION_CHANGE_DEG: Final = 0.1
@@ -118,7 +121,7 @@ class Estimator:
         publication, fusion = self._publication, self.fusion
         publication.rates(now_us, topics.sensor_imu.gyro_rad_s, dt_s)
         # PX4 hands over the sample that has just come, then the others, then lets the filter run.
-        self._feed(now_us)
+        self._feed(now_us, imu.timestamp)
         stepped = fusion.on_imu(now_us, imu.gyro_rad_s, imu.accelerometer_m_s2, dt_s)
         if self.ekf.flags.tilt_align:
             publication.attitude(now_us)
@@ -141,31 +144,39 @@ class Estimator:
 
     # --- samples -------------------------------------------------------------------------------------------
 
-    def _feed(self, now_us: int) -> None:
-        """What has come in since the last time."""
+    def _feed(self, now_us: int, imu_us: int) -> None:
+        """What has come in since the last time; the log is told, by which PX4's replay does the same (EKF2.cpp:781)."""
         topics = self._topics
+        distance_rel = flow_rel = baro_rel = mag_rel = vision_rel = NOT_NEW
         if topics.vehicle_air_data is not self._baro:
             self._on_baro(now_us)
+            baro_rel = _relative(self._baro.timestamp, imu_us)
         if topics.vehicle_visual_odometry is not self._vision:
             self._vision = topics.vehicle_visual_odometry
             self._on_vision(now_us, self._vision)
+            vision_rel = _relative(self._vision.told_us, imu_us)
         if topics.aux_global_position is not self._auxiliary:
             self._on_auxiliary(now_us)
         if topics.landing_target_pose is not self._target:
             self._on_landing_target(now_us)
         if topics.vehicle_optical_flow is not self._flow:
             self._on_flow(now_us)
+            flow_rel = _relative(self._flow.timestamp, imu_us)
         if topics.sensor_gps is not self._gps:
             self._on_gps(now_us)
         if topics.vehicle_magnetometer is not self._mag:
             self._on_mag(now_us)
+            mag_rel = _relative(self._mag.timestamp, imu_us)
         if topics.distance_sensor is not self._range or topics.distance_sensors_outside is not self._ranges_outside:
             self._range, self._ranges_outside = topics.distance_sensor, topics.distance_sensors_outside
             sample = self._range_finder.new_sample(now_us, distance_sensors(topics))
             if sample is not None:
                 self._on_range(now_us, sample)
+                distance_rel = _relative(sample.timestamp, imu_us)
         if topics.vehicle_land_detected is not self._land or topics.vehicle_status is not self._status:
             self._on_system(now_us)
+        if self.records.logged:
+            topics.ekf2_timestamps = Ekf2Timestamps(imu_us, distance_rel, flow_rel, baro_rel, mag_rel, vision_rel)
 
     def _on_imu_calibration(self, imu: SensorCombined) -> None:
         """What is calibrated anew loses its bias, and what was learnt of it."""
@@ -327,6 +338,10 @@ class Estimator:
         self._declination_saved = True
         if abs(declination_deg - self._settings["EKF2_MAG_DECL"]) > DECLINATION_CHANGE_DEG:
             self._parameters.set("EKF2_MAG_DECL", declination_deg, notify=False)
+
+
+def _relative(told_us: int, imu_us: int) -> int:
+    return told_us // TENTH_MS_US - imu_us // TENTH_MS_US
 
 
 def _within(vector: Vector3, largest: float) -> bool:

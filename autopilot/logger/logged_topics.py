@@ -120,6 +120,8 @@ OF_SOME_KINDS = (
     LoggedTopic("position_controller_status", 500, rover.position_controller_status, module=ROVER),
     *(LoggedTopic(name, 100, row, module=ROVER) for name, row in rover.OWN_NAMES.items()),
 )
+NOT_BY_DEFAULT = (LoggedTopic("ekf2_timestamps", 0, estimator.ekf2_timestamps),)
+"""What a bit of SDLOG_PROFILE has to ask for."""
 
 
 # --- profiles ------------------------------------------------------------------------------------------------
@@ -130,7 +132,15 @@ DEFAULT_PROFILE = 0
 FAST_IMU = ("sensor_combined", "vehicle_angular_velocity", "vehicle_torque_setpoint", "vehicle_acceleration")
 PROFILES: Mapping[int, Mapping[str, int]] = {
     1: dict.fromkeys(
-        ("sensor_combined", "vehicle_air_data", "vehicle_gps_position", "vehicle_magnetometer", "distance_sensor"), 0
+        (
+            "ekf2_timestamps",
+            "sensor_combined",
+            "vehicle_air_data",
+            "vehicle_gps_position",
+            "vehicle_magnetometer",
+            "distance_sensor",
+        ),
+        0,
     ),
     2: {"sensor_baro": 100, "sensor_mag": 100},
     3: dict.fromkeys((*FAST_IMU, "actuator_motors"), 0),
@@ -182,6 +192,7 @@ def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
     actuator_servos = LoggedTopic("actuator_servos", 100, servos, "actuator_outputs", module=ROVER)
     known = [
         *COMMON,
+        *NOT_BY_DEFAULT,
         LoggedTopic("vehicle_gps_position", 100, sensors.gps("vehicle_gps_position"), "sensor_gps"),
         LoggedTopic("sensor_gps", 1000, sensors.gps("sensor_gps")),
         LoggedTopic("vehicle_status", STATE_MS, commander.vehicle_status(vehicle.system_id), state=True),
@@ -189,7 +200,7 @@ def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
         *(topic for topic in (*OF_SOME_KINDS, actuator_servos) if topic.module in vehicle.modules),
     ]
     default = not profile or profile >> DEFAULT_PROFILE & 1
-    intervals = {topic.name: topic.interval_ms for topic in known} if default else {}
+    intervals = {topic.name: topic.interval_ms for topic in known if topic not in NOT_BY_DEFAULT} if default else {}
     for bit, others in PROFILES.items():
         if profile >> bit & 1:
             intervals.update(others)

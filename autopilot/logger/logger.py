@@ -48,6 +48,7 @@ LOOK_US: Final = 8_000
 often as the estimator has some."""
 FAST = frozenset(
     {
+        "ekf2_timestamps",
         "sensor_combined",
         "vehicle_angular_velocity",
         "vehicle_attitude",

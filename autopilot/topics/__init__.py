@@ -54,6 +54,8 @@ from sitl_emu.autopilot.topics.estimator import (
     WindEstimate,
 )
 from sitl_emu.autopilot.topics.estimator_records import (
+    NOT_NEW,
+    Ekf2Timestamps,
     EstimatorAidSource1d,
     EstimatorAidSource2d,
     EstimatorAidSource3d,
@@ -170,6 +172,7 @@ __all__ = [
     "FRAME_UNKNOWN",
     "NAN",
     "NAN3",
+    "NOT_NEW",
     "NO_AUX",
     "SOURCE_MAVLINK_0",
     "SOURCE_RC",
@@ -200,6 +203,7 @@ __all__ = [
     "DirectActuator",
     "DistanceSensorModeChangeRequest",
     "DistanceSensorSample",
+    "Ekf2Timestamps",
     "EscStatus",
     "EstimatorAidSource1d",
     "EstimatorAidSource2d",

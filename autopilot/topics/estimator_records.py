@@ -3,7 +3,7 @@
 Fields are those of PX4's messages of the same names (msg/, v1.18), in their order.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sitl_emu.autopilot.topics.values import NAN, NAN3, Vector3
 
@@ -123,6 +123,25 @@ class OdometryVariances(NamedTuple):
     """About north, east and down."""
     velocity: Vector3 = NAN3
     position: Vector3 = NAN3
+
+
+NOT_NEW: Final = 32767
+"""Ekf2Timestamps.msg's RELATIVE_TIMESTAMP_INVALID."""
+
+
+class Ekf2Timestamps(NamedTuple):
+    """uORB ekf2_timestamps: what was new with an IMU sample, and when it was published, from that sample on in 0.1 ms.
+
+    Writer: estimator.py, while a log takes it.
+    """
+
+    timestamp: int = 0
+    """Of the IMU sample."""
+    distance_sensor_timestamp_rel: int = NOT_NEW
+    optical_flow_timestamp_rel: int = NOT_NEW
+    vehicle_air_data_timestamp_rel: int = NOT_NEW
+    vehicle_magnetometer_timestamp_rel: int = NOT_NEW
+    visual_odometry_timestamp_rel: int = NOT_NEW
 
 
 class EstimatorStatus(NamedTuple):

@@ -26,6 +26,8 @@ class VehicleOdometry(NamedTuple):
     velocity_variance: Vector3 = NAN3
     reset_counter: int = 0
     quality: int = 0
+    told_us: int = 0
+    """When it came in."""
 
 
 class AuxGlobalPosition(NamedTuple):

@@ -46,6 +46,7 @@ from sitl_emu.autopilot.topics.estimator import (
     WindEstimate,
 )
 from sitl_emu.autopilot.topics.estimator_records import (
+    Ekf2Timestamps,
     EstimatorAidSource1d,
     EstimatorAidSource2d,
     EstimatorAidSource3d,
@@ -198,6 +199,7 @@ class Topics:
         self.estimator_fusion_control = EstimatorFusionControl()
         self.estimator_sensor_bias = EstimatorSensorBias()
         self.yaw_estimator_status = YawEstimatorStatus()
+        self.ekf2_timestamps = Ekf2Timestamps()
         self.wind = WindEstimate()
         self.vehicle_land_detected = VehicleLandDetected()
         self.vehicle_status = VehicleStatus()

@@ -206,6 +206,7 @@ def odometry(fields: Fields) -> VehicleOdometry:
         fields["velocity_variance"],
         fields["reset_counter"],
         fields["quality"],
+        fields["timestamp"],
     )
 
 

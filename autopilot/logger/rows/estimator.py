@@ -4,6 +4,8 @@ import math
 
 from sitl_emu.autopilot.logger.packing import Pack, by_name, row
 from sitl_emu.autopilot.topics import (
+    NOT_NEW,
+    Ekf2Timestamps,
     EstimatorAidSource1d,
     EstimatorAidSource2d,
     EstimatorAidSource3d,
@@ -33,6 +35,13 @@ def vehicle_angular_velocity(pack: Pack, record: VehicleAngularVelocity) -> byte
     """Body rates and their derivative."""
     time_us, xyz, derivative = record
     return pack(time_us, time_us, *xyz, *derivative)
+
+
+@row("ekf2_timestamps")
+def ekf2_timestamps(pack: Pack, record: Ekf2Timestamps) -> bytes:
+    """What was new with an IMU sample; no vehicle of ours has an airspeed sensor."""
+    time_us, *others = record
+    return pack(time_us, NOT_NEW, NOT_NEW, *others)
 
 
 vehicle_attitude = by_name("vehicle_attitude", VehicleAttitude, {"timestamp_sample": "timestamp"})

@@ -59,12 +59,12 @@ class Odometry:
         """Keep what the filter may use."""
         if message.get_msgId() == VISION_POSITION:
             sample_us = self._timesync.sync_stamp(now_us, link, message.usec)
-            self._topics.vehicle_visual_odometry = of_vision_position(sample_us, message)
+            self._topics.vehicle_visual_odometry = of_vision_position(sample_us, message)._replace(told_us=now_us)
         elif message.get_msgId() == ODOMETRY:
             kind = message.estimator_type
             if kind in OF_VISION:
                 sample_us = self._timesync.sync_stamp(now_us, link, message.time_usec)
-                self._topics.vehicle_visual_odometry = of_odometry(sample_us, message)
+                self._topics.vehicle_visual_odometry = of_odometry(sample_us, message)._replace(told_us=now_us)
             elif kind != mavlink.MAV_ESTIMATOR_TYPE_MOCAP:
                 self._say(Severity.CRITICAL, f"ODOMETRY: estimator_type {kind} unsupported\t")
                 self._say(Severity.ERROR, "", "mavlink_rcv_odom_unsup_estimator_type", kind)
