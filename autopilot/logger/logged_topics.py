@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from sitl_emu.autopilot.logger.packing import Row
-from sitl_emu.autopilot.logger.rows import commander, control, estimator, navigator, outside, rover, sensors
+from sitl_emu.autopilot.logger.rows import commander, control, estimator, navigator, outside, rover, sensors, system
 
 STATE_MS, SLOW_STATE_MS, ON_CHANGE = 500, 1000, 0
 """So often PX4 publishes a state that does not change: commander twice a second, the land detector and switches every
@@ -32,11 +32,18 @@ class LoggedTopic(NamedTuple):
     publishes it. A topic of which our record does not say when it was made is one."""
     module: str = ""
     """PX4's module that publishes it, where that does not run on every kind of vehicle."""
+    instance: int = 0
+    """uORB's, where there are several."""
 
     @property
     def source(self) -> str:
         """Name of our topic."""
         return self.of or self.name
+
+
+def _instances(name: str, interval_ms: int, row: Row, count: int) -> list[LoggedTopic]:
+    """A topic with a slot for each instance: `name`, `name_1` and so on."""
+    return [LoggedTopic(name, interval_ms, row, f"{name}_{n}" if n else "", instance=n) for n in range(count)]
 
 
 COMMON = (
@@ -77,6 +84,11 @@ COMMON = (
     LoggedTopic("home_position", ON_CHANGE, commander.home_position, state=True),
     LoggedTopic("actuator_armed", STATE_MS, commander.actuator_armed, state=True),
     LoggedTopic("cpuload", 0, commander.cpuload),
+    LoggedTopic("logger_status", 200, system.logger_status),
+    LoggedTopic("parameter_update", 0, system.parameter_update),
+    LoggedTopic("sensor_selection", 0, system.sensor_selection),
+    *_instances("telemetry_status", 1000, system.telemetry_status, 4),
+    *_instances("timesync_status", 1000, system.timesync_status, 3),
     LoggedTopic("position_setpoint_triplet", 200, navigator.position_setpoint_triplet),
     LoggedTopic("vehicle_roi", 1000, navigator.vehicle_roi),
     LoggedTopic("mission_result", ON_CHANGE, navigator.mission_result, state=True),

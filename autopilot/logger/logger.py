@@ -26,7 +26,7 @@ from sitl_emu.autopilot.logger.rows import outside as outside_rows
 from sitl_emu.autopilot.logger.said import Said
 from sitl_emu.autopilot.logger.subscription import Group, Subscription
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import LoggerStatus, Topics
+from sitl_emu.autopilot.topics import LoggerStatus, ParameterUpdate, Topics
 from sitl_emu.core import c_types
 
 FROM_BOOT: Final = 1
@@ -115,6 +115,8 @@ class Logger:
         self._told_seen = self._reports_seen = 0
         self._said = Said(texts)
         self._notifications = parameters.notifications
+        self._updates = -1
+        """Of parameters, as they were told last."""
 
     # --- when ----------------------------------------------------------------------------------------------
 
@@ -125,14 +127,25 @@ class Logger:
             self._now_us = now_us
             self._said.hear(now_us)
             self._begin_or_end(now_us)
-            if self.file is not None and now_us - self._topics.logger_status.timestamp >= STATUS_EVERY_US:
-                self._topics.logger_status = LoggerStatus(now_us, True)
+            if self._backend and now_us - self._topics.logger_status.timestamp >= STATUS_EVERY_US:
+                self._topics.logger_status = self._own_status(now_us)
+            if self._parameters.notifications != self._updates:
+                self._updates = self._parameters.notifications
+                self._topics.parameter_update = _parameter_update(now_us, self._parameters)
             if self.is_logging:
                 self._look(now_us)
             else:
                 self._every_tick = ()
         for append, source in self._every_tick:
             append(getattr(self._topics, source))
+
+    def _own_status(self, now_us: int) -> LoggerStatus:
+        """Logger::publish_logger_status."""
+        kb, count = 0.0, len(self._subscriptions)
+        if self.file is not None:
+            kb = self.file.written_bytes / 1024.0
+        kb_s = kb / max((now_us - self._started_us) * 1e-6, 1e-3)
+        return LoggerStatus(now_us, self.is_logging, kb, kb_s, count, self._backend)
 
     def on(self) -> None:
         """The shell's `logger on`: log now, armed or not."""
@@ -279,18 +292,20 @@ class Logger:
         subscriptions outlive a log; a state that it publishes again and again is.
         """
         parameters = self._parameters
-        logged = {each.name: each.last for each in self._subscriptions}
+        logged = {(each.name, each.instance): each.last for each in self._subscriptions}
         topics = self.topics(int(parameters["SDLOG_PROFILE"]))
         groups: dict[tuple[int, bool], dict[Subscription, str]] = {}
         self._subscriptions, every_tick = [], []
         for topic in topics:
             record = getattr(self._topics, topic.source)
             timed = hasattr(record, "timestamp")
-            each = Subscription(len(self._subscriptions), topic.name, topic.row, timed, topic.interval_ms * 1000)
+            each = Subscription(
+                len(self._subscriptions), topic.name, topic.row, timed, topic.interval_ms * 1000, topic.instance
+            )
             if not topic.state and record.timestamp == 0:
                 each.last = record  # nobody has written it yet
             elif not (topic.state and topic.interval_ms):
-                each.last = logged.get(topic.name)
+                each.last = logged.get((topic.name, topic.instance))
             self._subscriptions.append(each)
             if topic.interval_ms == 0 and topic.source in FAST:
                 each.every_tick = True
@@ -342,7 +357,7 @@ class Logger:
         if events:
             messages.append(ulog.information_multiple("metadata_events", events))
             messages.append(ulog.information("metadata_events_sha256", hashlib.sha256(events).hexdigest()))
-        messages += [ulog.subscription(each.message_id, each.name) for each in subscriptions]
+        messages += [ulog.subscription(each.message_id, each.name, each.instance) for each in subscriptions]
         return messages
 
     def _defaults_of(self, name: str) -> list[bytes]:
@@ -475,3 +490,10 @@ class Logger:
         if self.file is None and self.stream is None:
             lines.append("Not logging")
         return lines
+
+
+def _parameter_update(now_us: int, parameters: Parameters) -> ParameterUpdate:
+    """How many there are, and how many differ (param_notify_changes)."""
+    others = sum(parameters.default(name) != parameters.row(name)["default"] for name in parameters)
+    counts = (len(parameters.announced), len(parameters.changed()), others)
+    return ParameterUpdate(now_us, parameters.notifications, *counts)

@@ -18,11 +18,14 @@ class Subscription:
     """A logged topic in a running log."""
 
     __slots__ = (
-        "due_us", "every_tick", "header", "last", "message_id", "name", "pending", "repeat_us", "row", "size", "timed",
+        "due_us", "every_tick", "header", "instance", "last", "message_id", "name", "pending", "repeat_us", "row",
+        "size", "timed",
     )  # fmt: skip
 
-    def __init__(self, message_id: int, name: str, row: Row, timed: bool = True, repeat_us: int = 0) -> None:
-        self.message_id, self.name, self.row = message_id, name, row
+    def __init__(
+        self, message_id: int, name: str, row: Row, timed: bool = True, repeat_us: int = 0, instance: int = 0
+    ) -> None:
+        self.message_id, self.name, self.row, self.instance = message_id, name, row, instance
         self.repeat_us = repeat_us
         """After what time a state that has not changed is logged again; 0: never."""
         self.size = packing.size_of(name)

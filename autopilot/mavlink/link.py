@@ -122,6 +122,8 @@ class Link:
         """When a ground station's HEARTBEAT was heard on this link."""
         self.gcs_intervals_us = (0, 0)
         """How long after the one before the last two came; 0: nobody knows."""
+        self.heartbeats: dict[str, int] = {}
+        """When one of a kind was heard, by telemetry_status' field."""
         self.messages_sent = 0
         self.messages_received = 0
         self.bytes_sent = 0

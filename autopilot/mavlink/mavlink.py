@@ -56,6 +56,7 @@ from sitl_emu.autopilot.mavlink.services import (
 from sitl_emu.autopilot.mavlink.services.service import Service
 from sitl_emu.autopilot.mavlink.signature import LinkSigning, SigningStreams
 from sitl_emu.autopilot.mavlink.stream import Stream
+from sitl_emu.autopilot.mavlink.telemetry_status import TelemetryReports
 from sitl_emu.autopilot.mavlink.wire import Device, Wire
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.storage.dataman import Dataman
@@ -120,6 +121,7 @@ class Mavlink:
         self._streams: dict[str, Stream] = {}
         self._analysing: list[Stream] = []
         self._triggered = topics.camera_trigger
+        self._telemetry = TelemetryReports(topics, self.links)
         for link in self.links:
             self._start_streams(link)
         self._intervals = message_interval.MessageInterval(self.stream)
@@ -147,7 +149,7 @@ class Mavlink:
         streaming = log_streaming.LogStreaming(topics, texts.of("mavlink"), modules.logger)
         sender = command_sender.CommandSender(lambda: self._all_links, outgoing, system_id, topics)
         self.context.send_command = sender.send
-        clocks = timesync.Timesync()
+        clocks = timesync.Timesync(topics)
         return (
             sender,
             command.Command(
@@ -256,6 +258,8 @@ class Mavlink:
         for link in self.links:
             link.update_streams(now_us)
             link.flush()
+        if now_us >= self._telemetry.due_us:
+            self._telemetry.publish(now_us)
 
     def _exchange(self, now_us: int) -> None:
         """Carry frames over the wires until nobody has anything to say, or the devices only talk to each other."""

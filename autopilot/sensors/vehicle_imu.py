@@ -9,7 +9,7 @@ import math
 from operator import attrgetter, itemgetter, mul
 from typing import Final
 
-from sitl_emu.autopilot.topics import SensorCombined, SensorImu, Topics, Vector3, VehicleImuStatus
+from sitl_emu.autopilot.topics import SensorCombined, SensorImu, SensorSelection, Topics, Vector3, VehicleImuStatus
 
 EVERY: Final = 25
 """Samples, 4 ms apart: PX4 tells of them after 100 ms (kIMUStatusPublishingInterval)."""
@@ -21,7 +21,7 @@ SAMPLE_S: Final = 0.004
 
 
 class VehicleImu:
-    """Writer of vehicle_imu_status."""
+    """Writer of vehicle_imu_status, and of sensor_selection: once, when the IMU is found (VotedSensorsUpdate)."""
 
     def __init__(self, topics: Topics) -> None:
         self._topics = topics
@@ -36,6 +36,8 @@ class VehicleImu:
         self._raw.append(self._topics.sensor_imu)
         if len(self._raw) == EVERY:
             self._publish(now_us)
+            if not self._topics.sensor_selection.timestamp:
+                self._topics.sensor_selection = SensorSelection(now_us)
             del self._samples[:-1]
             self._raw.clear()
 

@@ -161,7 +161,14 @@ from sitl_emu.autopilot.topics.sensors import (
     VehicleImuStatus,
     VehicleMagnetometer,
 )
-from sitl_emu.autopilot.topics.system import CpuLoad, LoggerStatus
+from sitl_emu.autopilot.topics.system import (
+    CpuLoad,
+    LoggerStatus,
+    ParameterUpdate,
+    SensorSelection,
+    TelemetryStatus,
+    TimesyncStatus,
+)
 from sitl_emu.autopilot.topics.topics import Topics, queue_transponder_report, topic_names
 from sitl_emu.autopilot.topics.values import NAN, NAN3, Quaternion, Vector3
 
@@ -251,6 +258,7 @@ __all__ = [
     "OffboardSetpoint",
     "OnboardComputerStatus",
     "OrbitStatus",
+    "ParameterUpdate",
     "PositionControllerStatus",
     "PositionSetpoint",
     "PositionSetpointTriplet",
@@ -277,10 +285,13 @@ __all__ = [
     "SensorGps",
     "SensorImu",
     "SensorMag",
+    "SensorSelection",
     "SensorsStatusImu",
     "SystemPower",
     "TakeoffStatus",
+    "TelemetryStatus",
     "ThrustAndTorque",
+    "TimesyncStatus",
     "Topics",
     "TrajectorySetpoint",
     "TransponderReport",

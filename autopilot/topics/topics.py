@@ -141,7 +141,14 @@ from sitl_emu.autopilot.topics.sensors import (
     VehicleImuStatus,
     VehicleMagnetometer,
 )
-from sitl_emu.autopilot.topics.system import CpuLoad, LoggerStatus
+from sitl_emu.autopilot.topics.system import (
+    CpuLoad,
+    LoggerStatus,
+    ParameterUpdate,
+    SensorSelection,
+    TelemetryStatus,
+    TimesyncStatus,
+)
 
 TRANSPONDER_REPORTS_KEPT: Final = 20
 """Length of transponder_report's queue."""
@@ -281,6 +288,13 @@ class Topics:
         self.debug_array = DebugArray()
         self.cpuload = CpuLoad()
         self.logger_status = LoggerStatus()
+        self.parameter_update = ParameterUpdate()
+        self.sensor_selection = SensorSelection()
+        self.telemetry_status = self.telemetry_status_1 = TelemetryStatus()
+        self.telemetry_status_2 = self.telemetry_status_3 = TelemetryStatus()
+        """uORB's instances: of the links in their order, gcs to gimbal."""
+        self.timesync_status = self.timesync_status_1 = self.timesync_status_2 = TimesyncStatus()
+        """uORB's instances: of the links in the order in which they answered first."""
         self.orbit_status = OrbitStatus()
         self.actuator_test = ActuatorTest()
         self.actuator_set = ActuatorSet()

@@ -19,6 +19,8 @@ from sitl_emu.autopilot.uxrce_dds_client import cdr
 from sitl_emu.autopilot.uxrce_dds_client.dds_topics import PUBLICATIONS, Topic
 from sitl_emu.core.attitude import variances_about_body
 
+TOLD_ELSEWHERE = frozenset({"timesync_status"})
+"""The client tells of its own clock (uxrce_dds_client.py)."""
 NUMBERS = {topic.name: number for number, topic in enumerate(PUBLICATIONS)}
 """By topic, its place in the table: the number by which DDS's side knows it."""
 
@@ -38,7 +40,7 @@ class Publication(NamedTuple):
 
 def publications(logged: Iterable[LoggedTopic], topics: Topics, system_id: int) -> list[Publication]:
     """All that we can fill, of what the logger can log of this vehicle (`Logger.topics`)."""
-    rows = {each.name: each for each in logged}
+    rows = {each.name: each for each in logged if each.instance == 0 and each.name not in TOLD_ELSEWHERE}
     found = [
         _publication(topic, rows[topic.name].source, _from_log(topic, rows[topic.name].row), rows[topic.name].state)
         for topic in PUBLICATIONS

@@ -7,6 +7,7 @@ Ground stations may have any system id; everybody else counts only with the vehi
 from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.telemetry_status import hear
 from sitl_emu.autopilot.topics import CameraStatus, Topics
 from sitl_emu.core import dialect as mavlink
 
@@ -30,6 +31,8 @@ class Heartbeat:
         """Note the time by the sender's type."""
         heartbeats, kind = self._topics.gcs_heartbeats, message.type
         healthy = message.system_status in HEALTHY
+        if kind == mavlink.MAV_TYPE_GCS or message.get_srcSystem() == self._system_id:
+            hear(now_us, kind, message.get_srcComponent(), link)
         if kind == mavlink.MAV_TYPE_GCS:
             heartbeats = heartbeats._replace(gcs_us=now_us)
             link.hear_gcs(now_us, was_lost=self._topics.vehicle_status.gcs_connection_lost)

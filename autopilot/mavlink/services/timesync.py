@@ -9,6 +9,7 @@ import math
 from typing import Any, ClassVar
 
 from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.topics import TimesyncStatus, Topics
 from sitl_emu.core import dialect as mavlink
 
 ALPHA_GAIN_INITIAL, ALPHA_GAIN_FINAL = 0.05, 0.003
@@ -18,6 +19,8 @@ MAX_RTT_SAMPLE_US = 10_000
 MAX_DEVIATION_SAMPLE_US = 100_000
 MAX_CONSECUTIVE_HIGH_DEVIATION = 10
 """All of lib/timesync/Timesync.hpp."""
+SLOTS = ("timesync_status", "timesync_status_1", "timesync_status_2")
+"""Topics of the first links that answer; PX4 logs three."""
 
 
 class TimeOffset:
@@ -39,12 +42,15 @@ class TimeOffset:
         """Our time of what the other side says of its own; now, while nobody knows."""
         return time_us + int(self._offset_us) if self.converged else now_us
 
-    def update(self, now_us: int, remote_us: int, originate_us: int) -> None:
+    def update(self, now_us: int, remote_us: int, originate_us: int) -> TimesyncStatus:
         """An answer: its sender's time, and ours when it was asked."""
         round_trip_us = now_us - originate_us
-        if not 0 <= round_trip_us < MAX_RTT_SAMPLE_US:
-            return
         offset_us = int((originate_us + now_us - 2 * remote_us) / 2)
+        if 0 <= round_trip_us < MAX_RTT_SAMPLE_US:
+            self._hear(offset_us)
+        return TimesyncStatus(now_us, remote_us, offset_us, int(self._offset_us), round_trip_us)
+
+    def _hear(self, offset_us: int) -> None:
         if self.converged and abs(int(self._offset_us) - offset_us) > MAX_DEVIATION_SAMPLE_US:
             self._high_deviation_count += 1
             if self._high_deviation_count > MAX_CONSECUTIVE_HIGH_DEVIATION:
@@ -81,7 +87,9 @@ class Timesync:
     MESSAGES: ClassVar[frozenset[int]] = frozenset({mavlink.MAVLINK_MSG_ID_TIMESYNC})
     HAS_TIMER = False
 
-    def __init__(self) -> None:
+    def __init__(self, topics: Topics) -> None:
+        """Writes into `topics`: timesync_status."""
+        self._topics = topics
         self._offsets: dict[str, TimeOffset] = {}
         """By the name of the link."""
 
@@ -97,7 +105,10 @@ class Timesync:
             link.send_fields(mavlink.MAVLINK_MSG_ID_TIMESYNC, now_us * 1000, message.ts1, *asker)
         elif message.tc1 > 0:
             offset = self._offsets.setdefault(link.name, TimeOffset())
-            offset.update(now_us, message.tc1 // 1000, message.ts1 // 1000)
+            status = offset.update(now_us, message.tc1 // 1000, message.ts1 // 1000)
+            instance = list(self._offsets).index(link.name)
+            if instance < len(SLOTS):
+                setattr(self._topics, SLOTS[instance], status)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do: the stream of the same name asks."""

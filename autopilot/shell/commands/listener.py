@@ -36,22 +36,25 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         yield usage("listener", COMMANDS)
         return FAILURE
     name, hz, instance = names[0], options["-r"], options["-i"]
-    source = _sources(vehicle).get(name)
+    sources = _sources(vehicle)
+    source = sources.get((name, 0))
     count = options["-n"] or (SECONDS_OF_RATE * hz if hz > 0 else 1)
     if source is None:
         yield f"Topic {name} did not match any known topics\n"
         return NOT_FOUND
-    if instance > 0 or _timestamp(getattr(vehicle.topics, source)) == 0:
+    source = sources.get((name, max(instance, 0)))
+    if source is None or _timestamp(getattr(vehicle.topics, source)) == 0:
         yield "never published\n"
         return SUCCESS
     if count == 1 and instance < 0:
         yield f"\nTOPIC: {name}\n"
         yield from _message(vehicle, name, getattr(vehicle.topics, source))
         return SUCCESS
-    return (yield from _follow(vehicle, name, source, count, 1_000_000 // hz if hz > 0 else 0))
+    interval_us = 1_000_000 // hz if hz > 0 else 0
+    return (yield from _follow(vehicle, name, max(instance, 0), source, count, interval_us))
 
 
-def _follow(vehicle: Vehicle, name: str, source: str, count: int, interval_us: int) -> Output:
+def _follow(vehicle: Vehicle, name: str, instance: int, source: str, count: int, interval_us: int) -> Output:
     last, printed_us = None, vehicle.now_us - interval_us
     number = 0
     while number < count:
@@ -62,7 +65,7 @@ def _follow(vehicle: Vehicle, name: str, source: str, count: int, interval_us: i
             number += 1
             if count > 1:
                 yield CLEAR_SCREEN
-            yield f"\nTOPIC: {name} instance 0 #{number}\n"
+            yield f"\nTOPIC: {name} instance {instance} #{number}\n"
             yield from _message(vehicle, name, record)
         elif now_us - printed_us > PATIENCE_US + interval_us:
             yield "Waited for 2.0 seconds without a message. Giving up.\n"
@@ -88,10 +91,10 @@ def _message(vehicle: Vehicle, name: str, record: Any) -> Iterator[str]:
             yield from message_text.lines(message_text.fields_of(each), vehicle.now_us)
 
 
-def _sources(vehicle: Vehicle) -> dict[str, str]:
-    """Our topic by PX4's name."""
-    own = {name: name for name in topic_names(vehicle.topics)}
-    return {topic.name: topic.source for topic in vehicle.logger.topics()} | own
+def _sources(vehicle: Vehicle) -> dict[tuple[str, int], str]:
+    """Our topic by PX4's name and instance."""
+    own = {(name, 0): name for name in topic_names(vehicle.topics)}
+    return {(topic.name, topic.instance): topic.source for topic in vehicle.logger.topics()} | own
 
 
 def _timestamp(record: Any) -> int:
