@@ -1,11 +1,14 @@
 """What is logged, and how often (PX4: logged_topics.cpp)."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from sitl_emu.autopilot.logger.packing import Row
 from sitl_emu.autopilot.logger.rows import commander, control, estimator, navigator, outside, rover, sensors, system
+from sitl_emu.autopilot.sensors.distance_sensors import distance_sensors
+from sitl_emu.autopilot.topics import Topics
+from sitl_emu.autopilot.topics.outside import MOST_INSTANCES
 
 STATE_MS, SLOW_STATE_MS, ON_CHANGE = 500, 1000, 0
 """So often PX4 publishes a state that does not change: commander twice a second, the land detector and switches every
@@ -16,6 +19,15 @@ ROVER = "rover_ackermann"
 ESTIMATOR_MS = 10
 """So often PX4's simulation logs what the estimator tells of itself, at most. Attitude, places and its yaw by GNSS are
 logged as often as they are told."""
+
+
+class Nobody(NamedTuple):
+    """In place of an instance's record, while there is none."""
+
+    timestamp: int = 0
+
+
+NOBODY = Nobody()
 
 
 class LoggedTopic(NamedTuple):
@@ -34,11 +46,36 @@ class LoggedTopic(NamedTuple):
     """PX4's module that publishes it, where that does not run on every kind of vehicle."""
     instance: int = 0
     """uORB's, where there are several."""
+    find: Callable[[Topics, int], Any] | None = None
+    """How an instance's record is found, where our topics hold several in one slot."""
 
     @property
     def source(self) -> str:
         """Name of our topic."""
         return self.of or self.name
+
+    def record(self, topics: Topics) -> Any:
+        """Its present record."""
+        return getattr(topics, self.source) if self.find is None else self.find(topics, self.instance)
+
+
+def _distance_sensor(topics: Topics, instance: int) -> Any:
+    """Those that have spoken, our own first."""
+    sensors = [sensor for sensor in distance_sensors(topics) if sensor.timestamp]
+    return sensors[instance] if instance < len(sensors) else NOBODY
+
+
+def _aux_global_position(topics: Topics, instance: int) -> Any:
+    sources = topics.aux_global_position
+    return sources[instance] if instance < len(sources) else NOBODY
+
+
+def _distance_sensors(first: int, count: int) -> list[LoggedTopic]:
+    """PX4 logs two by default, and up to ten where a bit of SDLOG_PROFILE asks for them; ours are at most five."""
+    return [
+        LoggedTopic("distance_sensor", 1000, sensors.distance_sensor, instance=n, find=_distance_sensor)
+        for n in range(first, first + count)
+    ]
 
 
 def _instances(name: str, interval_ms: int, row: Row, count: int) -> list[LoggedTopic]:
@@ -62,7 +99,14 @@ COMMON = (
     LoggedTopic("vehicle_angular_velocity_groundtruth", 10, sensors.vehicle_angular_velocity_groundtruth, TRUTH),
     LoggedTopic("vehicle_global_position_groundtruth", 100, sensors.vehicle_global_position_groundtruth, TRUTH),
     LoggedTopic("vehicle_local_position_groundtruth", 20, sensors.vehicle_local_position_groundtruth, TRUTH),
-    LoggedTopic("distance_sensor", 1000, sensors.distance_sensor),
+    *_distance_sensors(0, 2),
+    LoggedTopic("sensor_optical_flow", 1000, outside.sensor_optical_flow),
+    LoggedTopic("vehicle_optical_flow", 500, outside.vehicle_optical_flow),
+    *(
+        LoggedTopic("aux_global_position", 500, outside.aux_global_position, instance=n, find=_aux_global_position)
+        for n in range(MOST_INSTANCES)
+    ),
+    LoggedTopic("onboard_computer_status", 10, outside.onboard_computer_status),
     LoggedTopic("battery_status", 200, sensors.battery_status),
     LoggedTopic("esc_status", 100, sensors.esc_status),
     LoggedTopic("ranging_beacon", 100, sensors.ranging_beacon),
@@ -132,7 +176,15 @@ OF_SOME_KINDS = (
     LoggedTopic("position_controller_status", 500, rover.position_controller_status, module=ROVER),
     *(LoggedTopic(name, 100, row, module=ROVER) for name, row in rover.OWN_NAMES.items()),
 )
-NOT_BY_DEFAULT = (LoggedTopic("ekf2_timestamps", 0, estimator.ekf2_timestamps),)
+NOT_BY_DEFAULT = (
+    LoggedTopic("ekf2_timestamps", 0, estimator.ekf2_timestamps),
+    LoggedTopic("vehicle_visual_odometry", 0, outside.vehicle_visual_odometry),
+    LoggedTopic("vehicle_mocap_odometry", 30, outside.vehicle_mocap_odometry),
+    LoggedTopic("obstacle_distance", 0, outside.obstacle_distance),
+    LoggedTopic("obstacle_distance_fused", 0, outside.obstacle_distance_fused),
+    LoggedTopic("collision_constraints", 0, control.collision_constraints),
+    *_distance_sensors(2, 3),
+)
 """What a bit of SDLOG_PROFILE has to ask for."""
 
 
@@ -146,6 +198,9 @@ PROFILES: Mapping[int, Mapping[str, int]] = {
     1: dict.fromkeys(
         (
             "ekf2_timestamps",
+            "vehicle_optical_flow",
+            "vehicle_visual_odometry",
+            "aux_global_position",
             "sensor_combined",
             "vehicle_air_data",
             "vehicle_gps_position",
@@ -172,7 +227,12 @@ PROFILES: Mapping[int, Mapping[str, int]] = {
         0,
     ),
     6: {"sensor_baro": 100, "sensor_mag": 100},
-    7: {"distance_sensor": 0},
+    7: {
+        **dict.fromkeys(
+            ("collision_constraints", "distance_sensor", "obstacle_distance_fused", "obstacle_distance"), 0
+        ),
+        **dict.fromkeys(("vehicle_mocap_odometry", "vehicle_visual_odometry"), 30),
+    },
     11: {"distance_sensor": 0, "sensor_gps": 0, "sensor_mag": 0},
 }
 """Per bit of SDLOG_PROFILE but the default: other intervals in ms. Estimator replay, thermal calibration, system
@@ -212,8 +272,8 @@ def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
         *(topic for topic in (*OF_SOME_KINDS, actuator_servos) if topic.module in vehicle.modules),
     ]
     default = not profile or profile >> DEFAULT_PROFILE & 1
-    intervals = {topic.name: topic.interval_ms for topic in known if topic not in NOT_BY_DEFAULT} if default else {}
+    wanted = {topic: topic.interval_ms for topic in known if default and topic not in NOT_BY_DEFAULT}
     for bit, others in PROFILES.items():
         if profile >> bit & 1:
-            intervals.update(others)
-    return [topic._replace(interval_ms=intervals[topic.name]) for topic in known if topic.name in intervals]
+            wanted |= {topic: others[topic.name] for topic in known if topic.name in others}
+    return [topic._replace(interval_ms=wanted[topic]) for topic in known if topic in wanted]

@@ -10,7 +10,6 @@ Left out: SDLOG_MODE 3 (an auxiliary stick), the mission log (SDLOG_MISSION), cl
 (SDLOG_ROTATE), performance counters.
 """
 
-import hashlib
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -18,16 +17,16 @@ from typing import Any, Final
 
 from sitl_emu.autopilot.constants import Severity
 from sitl_emu.autopilot.events.texts import Texts
-from sitl_emu.autopilot.logger import log_files, logged_topics, packing, ulog
+from sitl_emu.autopilot.logger import definitions, log_files, logged_topics, ulog
 from sitl_emu.autopilot.logger.log_files import LogFile
 from sitl_emu.autopilot.logger.log_stream import LogStream
+from sitl_emu.autopilot.logger.logged_topics import LoggedTopic
 from sitl_emu.autopilot.logger.rows import commander as commander_rows
 from sitl_emu.autopilot.logger.rows import outside as outside_rows
 from sitl_emu.autopilot.logger.said import Said
 from sitl_emu.autopilot.logger.subscription import Group, Subscription
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.topics import LoggerStatus, ParameterUpdate, Topics
-from sitl_emu.core import c_types
 
 FROM_BOOT: Final = 1
 FROM_BOOT_TO_SHUTDOWN: Final = 2
@@ -62,13 +61,6 @@ FAST = frozenset(
 STATE_CHECK_US: Final = 100_000
 RECENT_US: Final = 100_000
 """Commands of so short a time before a log begins are in it: the one that armed."""
-VERSION: Final = "sitl-emu"
-SOFTWARE_RELEASE: Final = 17957119
-"""ver_sw_release: v1.18.0, release type 255, as AUTOPILOT_VERSION says."""
-NO_VENDOR_RELEASE: Final = 255
-"""ver_vendor_sw_release: 0.0.0, release type 255."""
-DATA_FORMAT: Final = 2
-"""ver_data_format: latitudes and longitudes are doubles."""
 OUTPUTS: Final = 16
 
 
@@ -112,7 +104,7 @@ class Logger:
         """Of each topic that comes in every tick, where its records gather, and our topic's name."""
         self._look_us = self._flush_us = self._sync_us = 0
         self._buffer: list[bytes] = []
-        self._told_seen = self._reports_seen = 0
+        self._told_seen = self._reports_seen = self._requests_seen = 0
         self._said = Said(texts)
         self._notifications = parameters.notifications
         self._updates = -1
@@ -273,7 +265,7 @@ class Logger:
         """Log to MAVLink no more."""
         self.stream = None
 
-    def topics(self, profile: int = 0) -> list[logged_topics.LoggedTopic]:
+    def topics(self, profile: int = 0) -> list[LoggedTopic]:
         """What can be logged of this vehicle, by a value of SDLOG_PROFILE."""
         parameters = self._parameters
         vehicle = logged_topics.Vehicle(
@@ -294,10 +286,10 @@ class Logger:
         parameters = self._parameters
         logged = {(each.name, each.instance): each.last for each in self._subscriptions}
         topics = self.topics(int(parameters["SDLOG_PROFILE"]))
-        groups: dict[tuple[int, bool], dict[Subscription, str]] = {}
+        groups: dict[tuple[int, bool, bool], dict[Subscription, LoggedTopic]] = {}
         self._subscriptions, every_tick = [], []
         for topic in topics:
-            record = getattr(self._topics, topic.source)
+            record = topic.record(self._topics)
             timed = hasattr(record, "timestamp")
             each = Subscription(
                 len(self._subscriptions), topic.name, topic.row, timed, topic.interval_ms * 1000, topic.instance
@@ -307,13 +299,13 @@ class Logger:
             elif not (topic.state and topic.interval_ms):
                 each.last = logged.get((topic.name, topic.instance))
             self._subscriptions.append(each)
-            if topic.interval_ms == 0 and topic.source in FAST:
+            if topic.interval_ms == 0 and topic.source in FAST:  # none of which has several in a slot
                 each.every_tick = True
                 every_tick.append((each.pending.append, topic.source))
                 continue
             interval_us = STATE_CHECK_US if topic.state else max(topic.interval_ms * 1000, LOOK_US)
-            groups.setdefault((interval_us, topic.state), {})[each] = topic.source
-        self._groups = tuple(Group(*key, groups[key]) for key in sorted(groups))
+            groups.setdefault((interval_us, topic.state, topic.find is not None), {})[each] = topic
+        self._groups = tuple(Group(*key[:2], groups[key]) for key in sorted(groups))
         self._every_tick = tuple(every_tick)
         self._flush_us = self._sync_us = now_us + SYNC_US
         self._buffer = []
@@ -324,64 +316,17 @@ class Logger:
         )
         self._event = Subscription(count + 2, "event", commander_rows.event, timed=False)
         self._report = Subscription(count + 3, "transponder_report", outside_rows.transponder_report)
+        self._request = Subscription(count + 4, "action_request", outside_rows.action_request)
         recently_us = now_us - RECENT_US
         older = [each.number for each in self._topics.commands_told if each.timestamp < recently_us]
         self._told_seen = max(older, default=0)
 
     def _definitions(self, now_us: int) -> list[bytes]:
         """Everything up to the first data."""
-        parameters = self._parameters
-        subscriptions = (*self._subscriptions, self._command, self._command_ack, self._event, self._report)
-        offset_min = int(parameters["SDLOG_UTC_OFFSET"])
-        messages = [
-            ulog.file_header(now_us),
-            ulog.FLAG_BITS,
-            ulog.information("ver_sw", VERSION),
-            ulog.information("ver_sw_release", SOFTWARE_RELEASE),
-            ulog.information("ver_vendor_sw_release", NO_VENDOR_RELEASE),
-            ulog.information("ver_hw", "PX4_SITL"),
-            ulog.information("sys_name", "PX4"),
-            ulog.information("sys_os_name", "Linux"),
-            ulog.information("ver_data_format", DATA_FORMAT),
-            ulog.information("time_ref_utc", offset_min * 60),
-            ulog.information("boot_time_utc_us", self._unix_us_of_boot() + offset_min * 60_000_000),
-            ulog.information_multiple("boot_console_output", f"{VERSION} stands for PX4 v1.18.0\n"),
-        ]
-        messages += packing.definitions([each.name for each in subscriptions])
-        for name in parameters:
-            value, is_float = parameters[name], parameters.is_float(name)
-            messages.append(ulog.parameter(name, value, is_float))
-        for name in parameters:
-            messages += self._defaults_of(name)
-        events = self._event_definitions()
-        if events:
-            messages.append(ulog.information_multiple("metadata_events", events))
-            messages.append(ulog.information("metadata_events_sha256", hashlib.sha256(events).hexdigest()))
-        messages += [ulog.subscription(each.message_id, each.name, each.instance) for each in subscriptions]
-        return messages
-
-    def _defaults_of(self, name: str) -> list[bytes]:
-        """Those defaults that differ from the value, as its type holds them; of what PX4 calls volatile none."""
-        parameters, row = self._parameters, self._parameters.row(name)
-        is_float = parameters.is_float(name)
-        if row.get("volatile"):
-            return []
-
-        def held(value: float) -> float:
-            return c_types.float32(value) if is_float else value
-
-        value, of_setup, of_system = (
-            held(each) for each in (parameters[name], parameters.default(name), row["default"])
-        )
-        if of_setup == of_system:
-            both = ulog.DEFAULT_OF_SETUP | ulog.DEFAULT_OF_SYSTEM
-            return [] if value == of_setup else [ulog.parameter_default(name, of_setup, is_float, both)]
-        messages = []
-        if value != of_setup:
-            messages.append(ulog.parameter_default(name, of_setup, is_float, ulog.DEFAULT_OF_SETUP))
-        if value != of_system:
-            messages.append(ulog.parameter_default(name, of_system, is_float, ulog.DEFAULT_OF_SYSTEM))
-        return messages
+        others = (self._command, self._command_ack, self._event, self._report, self._request)
+        subscriptions = [(each.message_id, each.name, each.instance) for each in (*self._subscriptions, *others)]
+        boot_unix_us = self._unix_us_of_boot()
+        return definitions.messages(now_us, boot_unix_us, self._parameters, subscriptions, self._event_definitions())
 
     # --- what ----------------------------------------------------------------------------------------------
 
@@ -465,6 +410,10 @@ class Logger:
         if reports and reports[-1].number != self._reports_seen:
             buffer += [self._report.message(0, report) for report in reports if report.number > self._reports_seen]
             self._reports_seen = reports[-1].number
+        requests = self._topics.action_requests
+        if requests and requests[-1].number != self._requests_seen:
+            buffer += [self._request.message(0, each) for each in requests if each.number > self._requests_seen]
+            self._requests_seen = requests[-1].number
 
     # --- for people ----------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import Any
 
 from sitl_emu.autopilot.logger import packing, ulog
+from sitl_emu.autopilot.logger.logged_topics import LoggedTopic
 from sitl_emu.autopilot.logger.packing import Row
 from sitl_emu.autopilot.topics import Topics
 
@@ -64,10 +65,14 @@ class Group:
 
     __slots__ = ("due_us", "interval_us", "records", "states", "subscriptions")
 
-    def __init__(self, interval_us: int, states: bool, subscriptions: dict[Subscription, str]) -> None:
-        """`subscriptions` with the names of our topics."""
+    def __init__(self, interval_us: int, states: bool, subscriptions: dict[Subscription, LoggedTopic]) -> None:
+        """`subscriptions` with what they are of."""
         self.interval_us, self.states, self.subscriptions = interval_us, states, tuple(subscriptions)
         self.due_us = 0
+        topics = tuple(subscriptions.values())
+        if any(topic.find for topic in topics):
+            self.records: Callable[[Topics], tuple[Any, ...]] = lambda all_: tuple(each.record(all_) for each in topics)
+            return
         # attrgetter of one name returns the value, of several a tuple; the first one twice makes it always a tuple
-        sources = tuple(subscriptions.values())
-        self.records: Callable[[Topics], tuple[Any, ...]] = attrgetter(*sources, sources[0])
+        sources = [topic.source for topic in topics]
+        self.records = attrgetter(*sources, sources[0])

@@ -16,7 +16,13 @@ from sitl_emu.autopilot.flight_mode import FLIGHT_MODES
 from sitl_emu.autopilot.modes.trajectory_constraints import max_speed_from_distance
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.distance_sensors import distance_sensors
-from sitl_emu.autopilot.topics import DistanceSensorSample, ObstacleDistance, Topics, VehicleCommand
+from sitl_emu.autopilot.topics import (
+    CollisionConstraints,
+    DistanceSensorSample,
+    ObstacleDistance,
+    Topics,
+    VehicleCommand,
+)
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.attitude import heading, rotated, rotation
 from sitl_emu.core.c_types import truncated
@@ -81,6 +87,11 @@ class CollisionPrevention:
 
     def limit(self, now_us: int, acceleration: Vector2, velocity: Vector2) -> Vector2:
         """(north, east) acceleration that is left of what the sticks ask for."""
+        left = self._left(now_us, acceleration, velocity)
+        self._topics.collision_constraints = CollisionConstraints(now_us, acceleration, left)
+        return left
+
+    def _left(self, now_us: int, acceleration: Vector2, velocity: Vector2) -> Vector2:
         if now_us - self._limited_us > AWAY_US:
             self._begin(now_us)
         self._limited_us = now_us

@@ -5,11 +5,11 @@ camera's angles the body's, a sensor without a gyro gets the vehicle's, one with
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import Final
 
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.distance_sensors import DownwardSensor, distance_sensors
-from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, Topics, Vector3, VehicleOpticalFlow
+from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, SensorOpticalFlow, Topics, Vector3, VehicleOpticalFlow
 
 LONGEST_US: Final = 1_000_000
 GAP: Final = 2
@@ -18,16 +18,6 @@ RANGE_US: Final = 100_000
 """An older range is none (TimestampedRingBuffer::peak_first_older_than)."""
 TURNS: Final = 8
 """SENS_FLOW_ROT: eighths of a turn about the vertical."""
-
-
-class SensorOpticalFlow(NamedTuple):
-    """One sample: angles in rad over a time, quality 0..255; NaN where the sensor has no gyro or no range (m)."""
-
-    pixel_flow: tuple[float, float]
-    delta_angle: Vector3
-    integration_timespan_us: int
-    quality: int
-    distance_m: float = NAN
 
 
 class FlowGatherer:
@@ -66,7 +56,7 @@ class FlowGatherer:
         rate_hz = float(self._parameters["SENS_FLOW_RATE"])
         if rate_hz > 0.0 and self._timespan_us < 1e6 / rate_hz:
             return
-        self._publish(now_us)
+        self._publish(now_us, sample.device_id)
         self._clear()
 
     def _turned(self, sample: SensorOpticalFlow) -> Vector3:
@@ -93,7 +83,9 @@ class FlowGatherer:
         recent = 0 < self._range.timestamp <= now_us < self._range.timestamp + RANGE_US
         return self._range.current_distance if recent else NAN
 
-    def _publish(self, now_us: int) -> None:
+    def _publish(self, now_us: int, device_id: int) -> None:
+        value = self._parameters
+        limits = (float(value["SENS_FLOW_MAXR"]), float(value["SENS_FLOW_MINHGT"]), float(value["SENS_FLOW_MAXHGT"]))
         scale, dt_s = float(self._parameters["SENS_FLOW_SCALE"]), self._timespan_us * 1e-6
         flow_x, flow_y = self._rotated(self._flow[0] * scale, self._flow[1] * scale)
         self._topics.vehicle_optical_flow = VehicleOpticalFlow(
@@ -105,4 +97,6 @@ class FlowGatherer:
             (flow_x, flow_y),
             self._angle,
             sum(self._ranges_m) / len(self._ranges_m) if self._ranges_m else NAN,
+            device_id,
+            *limits,
         )

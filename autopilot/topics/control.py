@@ -130,6 +130,14 @@ class ControlAllocatorStatus(NamedTuple):
     actuator_group_preflight_check_active: bool = False
 
 
+class CollisionConstraints(NamedTuple):
+    """uORB collision_constraints: north and east acceleration, m/s2. Writer: modes/collision_prevention.py."""
+
+    timestamp: int = 0
+    original_setpoint: tuple[float, float] = (NAN, NAN)
+    adapted_setpoint: tuple[float, float] = (NAN, NAN)
+
+
 class TakeoffStatus(NamedTuple):
     """Writer: mc_pos_control; state is constants.TakeoffState."""
 

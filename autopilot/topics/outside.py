@@ -28,6 +28,8 @@ class VehicleOdometry(NamedTuple):
     quality: int = 0
     told_us: int = 0
     """When it came in."""
+    angular_velocity: Vector3 = NAN3
+    """rad/s about the body's axes; for the log alone, as the filter takes no notice of it."""
 
 
 class AuxGlobalPosition(NamedTuple):
@@ -61,11 +63,41 @@ def with_instance(known: tuple[Instance, ...], told: Instance) -> tuple[Instance
 
 
 class OnboardComputerStatus(NamedTuple):
-    """What a companion computer says of itself, as far as anybody asks: the temperature of its board, °C."""
+    """What a companion computer says of itself: the temperature of its board, °C, and for the log the rest."""
 
     timestamp: int = 0
     temperature_board: int = 127
     """127: unknown."""
+    uptime: int = 0
+    type: int = 0
+    cpu_cores: tuple[int, ...] = (0,) * 8
+    cpu_combined: tuple[int, ...] = (0,) * 10
+    gpu_cores: tuple[int, ...] = (0,) * 4
+    gpu_combined: tuple[int, ...] = (0,) * 10
+    temperature_core: tuple[int, ...] = (0,) * 8
+    fan_speed: tuple[int, ...] = (0,) * 4
+    ram_usage: int = 0
+    ram_total: int = 0
+    storage_type: tuple[int, ...] = (0,) * 4
+    storage_usage: tuple[int, ...] = (0,) * 4
+    storage_total: tuple[int, ...] = (0,) * 4
+    link_type: tuple[int, ...] = (0,) * 6
+    link_tx_rate: tuple[int, ...] = (0,) * 6
+    link_rx_rate: tuple[int, ...] = (0,) * 6
+    link_tx_max: tuple[int, ...] = (0,) * 6
+    link_rx_max: tuple[int, ...] = (0,) * 6
+
+
+class SensorOpticalFlow(NamedTuple):
+    """One sample: angles in rad over a time, quality 0..255; NaN where the sensor has no gyro or no range (m)."""
+
+    pixel_flow: tuple[float, float] = (0.0, 0.0)
+    delta_angle: Vector3 = NAN3
+    integration_timespan_us: int = 0
+    quality: int = 0
+    distance_m: float = NAN
+    timestamp: int = 0
+    device_id: int = 0
 
 
 class VehicleOpticalFlow(NamedTuple):
@@ -80,6 +112,11 @@ class VehicleOpticalFlow(NamedTuple):
     """Integrated over that time, rotation included, and the rotation; rad."""
     delta_angle: Vector3 = (0.0, 0.0, 0.0)
     distance_m: float = NAN
+    device_id: int = 0
+    max_flow_rate: float = NAN
+    min_ground_distance: float = NAN
+    max_ground_distance: float = NAN
+    """What the sensor can do, by SENS_FLOW_MAXR, SENS_FLOW_MINHGT and SENS_FLOW_MAXHGT; for the log alone."""
 
 
 class ObstacleDistance(NamedTuple):
@@ -94,6 +131,8 @@ class ObstacleDistance(NamedTuple):
     angle_offset: float = 0.0
     told_us: int = 0
     """When collision prevention told what it knows, whether it is new or not; 0: never."""
+    sensor_type: int = 0
+    """MAV_DISTANCE_SENSOR."""
 
 
 class LandingTargetPose(NamedTuple):

@@ -81,6 +81,10 @@ class SensorGps(NamedTuple):
     """When it was measured; 0: as it came."""
 
 
+OWN_DISTANCE_SENSOR: Final = 10092548
+"""device_id of SIH's range finder (sih.hpp)."""
+
+
 class DistanceSensorSample(NamedTuple):
     """uORB distance_sensor: current_distance is NaN when nothing is in range, and negative below the ground."""
 
@@ -102,6 +106,7 @@ class DistanceSensorSample(NamedTuple):
     """Where it looks if its orientation is 100, MAV_SENSOR_ROTATION_CUSTOM; zeros of our own."""
     publisher: str = ""
     """Name of the link that it came by; empty for our own."""
+    device_id: int = OWN_DISTANCE_SENSOR
 
 
 class SensorsStatusImu(NamedTuple):

@@ -22,6 +22,7 @@ from sitl_emu.autopilot.topics.control import (
     ActuatorOutputs,
     ActuatorSet,
     ActuatorTest,
+    CollisionConstraints,
     ControlAllocatorStatus,
     HoverThrustEstimate,
     LandingGear,
@@ -95,6 +96,7 @@ from sitl_emu.autopilot.topics.outside import (
     LandingTargetPose,
     ObstacleDistance,
     OnboardComputerStatus,
+    SensorOpticalFlow,
     TransponderReport,
     VehicleOdometry,
     VehicleOpticalFlow,
@@ -254,12 +256,16 @@ class Topics:
         self.actuator_outputs = ActuatorOutputs()
         self.control_allocator_status = ControlAllocatorStatus()
         self.landing_gear = LandingGear()
+        self.collision_constraints = CollisionConstraints()
         self.takeoff_status = TakeoffStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
         self.vehicle_visual_odometry = VehicleOdometry()
+        self.vehicle_mocap_odometry = VehicleOdometry()
+        """For the log alone: EKF2 does not look."""
         self.aux_global_position: tuple[AuxGlobalPosition, ...] = ()
         """The newest of each link of MAVLink, and of each source of DDS."""
         self.onboard_computer_status = OnboardComputerStatus()
+        self.sensor_optical_flow = SensorOpticalFlow()
         self.vehicle_optical_flow = VehicleOpticalFlow()
         self.obstacle_distance = ObstacleDistance()
         self.obstacle_distance_fused = ObstacleDistance()

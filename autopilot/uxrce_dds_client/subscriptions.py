@@ -13,6 +13,7 @@ from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, tell
 from sitl_emu.autopilot.sensors.distance_sensors import DOWNWARD
 from sitl_emu.autopilot.topics import (
     FRAME_BODY_FRD,
+    NAN3,
     SOURCE_MAVLINK_0,
     AuxGlobalPosition,
     DistanceSensorSample,
@@ -20,6 +21,7 @@ from sitl_emu.autopilot.topics import (
     ManualControlInput,
     ObstacleDistance,
     OnboardComputerStatus,
+    SensorOpticalFlow,
     Topics,
     VehicleCommand,
     VehicleOdometry,
@@ -141,7 +143,7 @@ class Subscriptions:
         self._topics.gcs_heartbeats = heartbeats(self._topics.gcs_heartbeats, fields)
 
     def _onboard_computer_status(self, now_us: int, fields: Fields) -> None:
-        told = OnboardComputerStatus(fields["timestamp"], fields["temperature_board"])
+        told = OnboardComputerStatus(**{name: fields[name] for name in OnboardComputerStatus._fields})
         self._topics.onboard_computer_status = told
 
     def _aux_global_position(self, now_us: int, fields: Fields) -> None:
@@ -164,6 +166,15 @@ class Subscriptions:
             topics.distance_sensors_outside = (sample._replace(publisher=first.publisher), *others)
 
     def _sensor_optical_flow(self, now_us: int, fields: Fields) -> None:
+        self._topics.sensor_optical_flow = SensorOpticalFlow(
+            fields["pixel_flow"],
+            fields["delta_angle"] if fields["delta_angle_available"] else NAN3,
+            fields["integration_timespan_us"],
+            fields["quality"],
+            fields["distance_m"] if fields["distance_available"] else math.nan,
+            fields["timestamp"],
+            fields["device_id"],
+        )
         sample = optical_flow(fields, self._topics.vehicle_angular_velocity.xyz)
         if sample is not None:
             self._topics.vehicle_optical_flow = sample
@@ -207,6 +218,7 @@ def odometry(fields: Fields) -> VehicleOdometry:
         fields["reset_counter"],
         fields["quality"],
         fields["timestamp"],
+        fields["angular_velocity"],
     )
 
 
@@ -239,6 +251,7 @@ def obstacle_distance(fields: Fields) -> ObstacleDistance:
         fields["min_distance"],
         fields["max_distance"],
         offset,
+        sensor_type=fields["sensor_type"],
     )
 
 
@@ -260,6 +273,7 @@ def distance_sensor(fields: Fields) -> DistanceSensorSample:
         fields["variance"],
         fields["v_fov"],
         fields["q"],
+        device_id=fields["device_id"],
     )
 
 
@@ -281,6 +295,7 @@ def optical_flow(fields: Fields, rates: tuple[float, float, float]) -> VehicleOp
         (flow_x, flow_y),
         turned,
         fields["distance_m"] if fields["distance_available"] else math.nan,
+        fields["device_id"],
     )
 
 

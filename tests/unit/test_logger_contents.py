@@ -53,6 +53,8 @@ def test_every_topic_is_packed_whole() -> None:
     for kind in VehicleKind:
         vehicle = logged_topics.Vehicle(kind.traits.modules, [101, 102, 103, 104], 1)
         for topic in logged_topics.logged_topics(0xFFF, vehicle):
+            if topic.find is not None:
+                continue  # nobody has spoken yet
             record = getattr(Topics(), topic.source)
             assert len(topic.row(record)) == packing.size_of(topic.name), topic.name
 
@@ -317,8 +319,8 @@ def test_states_are_logged_when_they_change_and_twice_a_second(tmp_path: Path) -
 
 def test_records_without_a_time_are_states() -> None:
     topics = Topics()
-    for topic in (*logged_topics.COMMON, *logged_topics.OF_SOME_KINDS):
-        assert topic.state or hasattr(getattr(topics, topic.source), "timestamp"), topic.name
+    for topic in (*logged_topics.COMMON, *logged_topics.NOT_BY_DEFAULT, *logged_topics.OF_SOME_KINDS):
+        assert topic.state or hasattr(topic.record(topics), "timestamp"), topic.name
 
 
 def test_what_px4_publishes_on_change_alone_is_logged_so(tmp_path: Path) -> None:

@@ -1,19 +1,31 @@
 """Topics of a log that one module of PX4 or one message of a companion alone brings."""
 
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from pyulog import ULog
 
+from sitl_emu.autopilot.constants import NavState, RequestedAction
+from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.logger.logger import Logger
+from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
+from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     NOT_NEW,
+    ActionRequest,
+    CollisionConstraints,
+    DistanceSensorSample,
     Ekf2Timestamps,
     SensorSelection,
     TelemetryStatus,
     TimesyncStatus,
     VehicleOdometry,
 )
+from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.unit.estimator_feed import Feed
 from tests.unit.logger_rig import FIRST, TICK_US, Rig
@@ -168,3 +180,123 @@ def test_each_answer_to_timesync_is_told_by_link() -> None:
     first, second = peer.topics.timesync_status, peer.topics.timesync_status_1
     assert (first.round_trip_time, first.observed_offset, first.estimated_offset) == (2_000, -1_500, -1_500)
     assert second.timestamp == first.timestamp + 100_000
+
+
+# --- what companions tell ----------------------------------------------------------------------------------------
+
+NAN21 = [math.nan] * 21
+HEAT = [30, *[127] * 7]
+BOARD: Any = (1000, 0, [10, 20, *[0] * 6], [0] * 10, [255] * 4, [255] * 10, 42, HEAT, [0] * 4, 1000, 2000)
+LINKS: Any = ([0] * 4, [0] * 4, [0] * 4, *[[0] * 6] * 5)
+
+
+def told(now_us: int) -> list[mavlink.MAVLink_message]:
+    """What was sent to a real v1.18 (sihsim_hex) whose log is what the test below looks for."""
+    return [
+        mavlink.MAVLink_odometry_message(
+            now_us, 20, 8, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0, 0.1, 0.2, 0.3, NAN21, NAN21, 0, 3, 50
+        ),
+        mavlink.MAVLink_att_pos_mocap_message(now_us, [1, 0, 0, 0], 0.1, 0.2, -0.3),
+        mavlink.MAVLink_obstacle_distance_message(now_us, 1, [1500] * 72, 5, 30, 2000, 5.0, 0.0, 12),
+        mavlink.MAVLink_optical_flow_rad_message(now_us, 0, 100_000, 0.01, 0.02, 0, 0, 0, 2000, 200, 0, 0.5),
+        mavlink.MAVLink_distance_sensor_message(0, 10, 3000, 250, 0, 0, 25, 255, 0.1, 0.1, [0, 0, 0, 0], 80),
+        mavlink.MAVLink_onboard_computer_status_message(now_us, *BOARD, *LINKS),
+        mavlink.MAVLink_global_position_sensor_message(
+            1, 1, 1, now_us, 0, 1, 0, 473977418, 85455939, 489.0, 490.0, 2.0, 2.0
+        ),
+    ]
+
+
+def test_a_log_has_what_a_companion_told(tmp_path: Path) -> None:
+    """Values are those of the real log; its device ids are of the onboard link and system 1 (Device.hpp)."""
+    peer = Peer(system=1, component=191)
+    storage.prepare(tmp_path)
+    profile = {"SDLOG_MODE": 2, "SDLOG_PROFILE": 131}
+    parameters = Parameters(VehicleKind.MULTICOPTER, profile)
+    logger = Logger(peer.topics, parameters, Texts(), tmp_path, lambda: BOOT_UNIX_US)
+    logger.update(0)
+    for _ in range(260):
+        peer.now_us += TICK_US
+        if peer.now_us % 100_000 == 0:
+            peer.topics.distance_sensor = DistanceSensorSample(peer.now_us, 1.0, 0.0, 100.0)
+            for message in told(peer.now_us):
+                peer.send(message, ONBOARD)
+        logger.update(peer.now_us)
+    logger.shut_down()
+    log = ULog(str(tmp_path / "log" / FIRST))
+
+    def last(topic: str, instance: int = 0) -> dict[str, float]:
+        return {field: float(values[-1]) for field, values in log.get_dataset(topic, instance).data.items()}
+
+    vision, mocap = last("vehicle_visual_odometry"), last("vehicle_mocap_odometry")
+    assert (vision["pose_frame"], vision["velocity_frame"], vision["quality"]) == (2, 3, 50)
+    assert vision["angular_velocity[2]"] == pytest.approx(0.3) and math.isnan(vision["position_variance[0]"])
+    assert (vision["timestamp"], vision["timestamp_sample"]) == (1_000_000, 1_000_000)
+    assert (mocap["pose_frame"], mocap["q[0]"]) == (1, 1.0) and mocap["position[2]"] == pytest.approx(-0.3)
+    assert math.isnan(mocap["velocity[0]"]) and mocap["position_variance[0]"] == 0.0
+    around = last("obstacle_distance")
+    assert (around["distances[71]"], around["frame"], around["increment"], around["sensor_type"]) == (1500, 12, 5.0, 1)
+    flow, sensor = last("vehicle_optical_flow"), last("sensor_optical_flow")
+    assert (flow["device_id"], flow["max_flow_rate"], flow["max_ground_distance"]) == (11665678, 8.0, 100.0)
+    assert flow["min_ground_distance"] == pytest.approx(0.08) and flow["pixel_flow[1]"] == pytest.approx(0.02)
+    assert (sensor["distance_available"], sensor["delta_angle_available"], sensor["quality"]) == (1, 1, 200)
+    assert math.isnan(sensor["max_flow_rate"])
+    ours, theirs = last("distance_sensor"), last("distance_sensor", 1)
+    assert (ours["device_id"], ours["current_distance"]) == (10092548, 1.0)
+    assert (theirs["device_id"], theirs["current_distance"], theirs["signal_quality"]) == (9699598, 2.5, 79)
+    assert len(column(log, "distance_sensor", "timestamp", 1)) == 10
+    board = last("onboard_computer_status")
+    assert (board["uptime"], board["temperature_board"], board["cpu_cores[1]"]) == (1000, 42, 20)
+    assert (board["ram_total"], board["gpu_cores[3]"], board["temperature_core[0]"]) == (2000, 255, 30)
+    place = last("aux_global_position")
+    assert (place["alt"], place["id"], place["source"]) == (490.0, 1, 1)
+    assert place["lat"] == pytest.approx(47.3977418)
+
+
+def test_without_a_range_finder_of_ours_a_companions_is_the_first_instance(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.topics.distance_sensors_outside = (DistanceSensorSample(1_000, 2.0, publisher="onboard"),)
+    rig.run(2.0)
+    rig.logger.shut_down()
+    assert [data.multi_id for data in rig.read(FIRST).data_list if data.name == "distance_sensor"] == [0]
+
+
+@pytest.mark.parametrize(("profile", "logged"), [(128, True), (1, False)])
+def test_vision_and_avoidance_is_a_bit_of_its_own(tmp_path: Path, profile: int, logged: bool) -> None:
+    """add_vision_and_avoidance_topics of logged_topics.cpp."""
+    rig = Rig(tmp_path, SDLOG_MODE=2, SDLOG_PROFILE=profile)
+    for _ in range(100):
+        now_us = rig.now_us + TICK_US
+        rig.topics.collision_constraints = CollisionConstraints(now_us, (1.0, 2.0), (0.5, 0.25))
+        rig.topics.vehicle_mocap_odometry = VehicleOdometry(now_us, told_us=now_us)
+        rig.run(TICK_US * 1e-6)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+    assert (
+        names(log) >= {"collision_constraints", "vehicle_mocap_odometry"}
+        if logged
+        else not names(log)
+        & {
+            "collision_constraints",
+            "vehicle_mocap_odometry",
+        }
+    )
+    if logged:
+        assert column(log, "collision_constraints", "adapted_setpoint[1]")[0] == 0.25
+        assert 10 <= len(column(log, "vehicle_mocap_odometry", "timestamp")) <= 15
+
+
+def test_each_request_of_a_switch_is_logged(tmp_path: Path) -> None:
+    """ManualControl::sendActionRequest: several may come at once."""
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(1.0)
+    asked = (RequestedAction.ARM, RequestedAction.SWITCH_MODE)
+    rig.topics.action_requests = tuple(
+        ActionRequest(number, rig.now_us, action, number, NavState.POSCTL) for number, action in enumerate(asked, 1)
+    )
+    rig.run(1.0)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+    assert column(log, "action_request", "action") == [1.0, 5.0]
+    assert column(log, "action_request", "source") == [1.0, 2.0]
+    assert column(log, "action_request", "mode") == [2.0, 2.0]

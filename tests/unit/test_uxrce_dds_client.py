@@ -200,7 +200,7 @@ def test_a_distance_is_that_of_the_first_sensor_whoever_that_is() -> None:
         "signal_quality": -1,
         "h_fov": 0.0,
     }
-    fields |= {"type": 0, "variance": 0.0, "v_fov": 0.0, "q": (0.0,) * 4, "timestamp": 1}
+    fields |= {"type": 0, "variance": 0.0, "v_fov": 0.0, "q": (0.0,) * 4, "timestamp": 1, "device_id": 1}
     of_links = tuple(DistanceSensorSample(1, 1.0, publisher=name) for name in ("gcs", "onboard"))
     topics.distance_sensors_outside = of_links
     handlers["distance_sensor"](1, fields | {"current_distance": 2.0})

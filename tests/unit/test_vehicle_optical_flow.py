@@ -5,8 +5,15 @@ import math
 import pytest
 
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.sensors.vehicle_optical_flow import FlowGatherer, SensorOpticalFlow
-from sitl_emu.autopilot.topics import NAN, NAN3, DistanceSensorSample, Topics, VehicleAngularVelocity
+from sitl_emu.autopilot.sensors.vehicle_optical_flow import FlowGatherer
+from sitl_emu.autopilot.topics import (
+    NAN,
+    NAN3,
+    DistanceSensorSample,
+    SensorOpticalFlow,
+    Topics,
+    VehicleAngularVelocity,
+)
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 SAMPLE = SensorOpticalFlow((0.02, -0.01), (0.004, 0.0, 0.001), 10_000, 200, 1.5)

@@ -1,15 +1,27 @@
 """Sticks, radio and what others tell or carry (topics/manual_control.py, outside.py, payload.py)."""
 
+import math
 from collections.abc import Sequence
 
-from sitl_emu.autopilot.logger.packing import Pack, by_name, row, zeros
+from sitl_emu.autopilot.logger.packing import Pack, Value, by_name, row, zeros
 from sitl_emu.autopilot.topics import (
+    ActionRequest,
+    AuxGlobalPosition,
     Gripper,
     InputRc,
     ManualControlSetpoint,
     ManualControlSwitches,
+    ObstacleDistance,
+    OnboardComputerStatus,
+    SensorOpticalFlow,
     TransponderReport,
+    VehicleOdometry,
+    VehicleOpticalFlow,
 )
+
+NAN = math.nan
+DIRECTIONS = 72
+"""Places in obstacle_distance.distances."""
 
 RC_CHANNELS = 18
 RC_OVER_MAVLINK = 6
@@ -66,6 +78,48 @@ gripper = by_name(
     ("command",),
     lambda record: (GRIPPER_GRAB if record.position > 0.0 else GRIPPER_RELEASE,),
 )
+
+
+@row("action_request")
+def action_request(pack: Pack, record: ActionRequest) -> bytes:
+    """What a switch or a gesture asks for."""
+    return pack(record.timestamp, record.action, record.source, record.mode)
+
+
+_OF_ODOMETRY: dict[str, float | str] = {"timestamp": "told_us", "timestamp_sample": "timestamp"}
+vehicle_visual_odometry = by_name("vehicle_visual_odometry", VehicleOdometry, _OF_ODOMETRY)
+vehicle_mocap_odometry = by_name("vehicle_mocap_odometry", VehicleOdometry, _OF_ODOMETRY)
+
+
+def _distances(record: ObstacleDistance) -> tuple[Value, ...]:
+    return padded(record.distances, DIRECTIONS)
+
+
+obstacle_distance = by_name("obstacle_distance", ObstacleDistance, None, ("distances",), _distances)
+obstacle_distance_fused = by_name("obstacle_distance_fused", ObstacleDistance, None, ("distances",), _distances)
+vehicle_optical_flow = by_name("vehicle_optical_flow", VehicleOpticalFlow, {"timestamp_sample": "timestamp"})
+
+
+def _flow(record: SensorOpticalFlow) -> tuple[Value, ...]:
+    """Zeros where the sensor has no gyro or no range."""
+    turns, ranges = math.isfinite(sum(record.delta_angle)), math.isfinite(record.distance_m)
+    turned = record.delta_angle if turns else (0.0, 0.0, 0.0)
+    return *turned, record.distance_m if ranges else 0.0, turns, ranges
+
+
+sensor_optical_flow = by_name(
+    "sensor_optical_flow",
+    SensorOpticalFlow,
+    {
+        "timestamp_sample": "timestamp",
+        **dict.fromkeys(("max_flow_rate", "min_ground_distance", "max_ground_distance"), NAN),
+        **zeros("error_count", "mode"),
+    },
+    ("delta_angle", "distance_m", "delta_angle_available", "distance_available"),
+    _flow,
+)
+aux_global_position = by_name("aux_global_position", AuxGlobalPosition)
+onboard_computer_status = by_name("onboard_computer_status", OnboardComputerStatus)
 
 
 @row("transponder_report")

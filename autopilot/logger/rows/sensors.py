@@ -28,13 +28,8 @@ SENSOR_DT_US = 4000
 SENSOR_DT_S = SENSOR_DT_US * 1e-6
 """Integration time of an IMU sample."""
 SIMULATED_IMU = 1310988
-SIMULATED_BAROMETER, SIMULATED_MAGNETOMETER, SIMULATED_GPS, SIMULATED_DISTANCE_SENSOR = (
-    6620172,
-    197388,
-    11468804,
-    10092548,
-)
-"""Device ids of PX4's simulated sensors (bus type SIMULATION, DRV_*_DEVTYPE_SIM; the last from SIH, sih.hpp)."""
+SIMULATED_BAROMETER, SIMULATED_MAGNETOMETER, SIMULATED_GPS = 6620172, 197388, 11468804
+"""Device ids of PX4's simulated sensors (bus type SIMULATION, DRV_*_DEVTYPE_SIM)."""
 DEFAULT_TEMPERATURE = 0
 """vehicle_air_data's temperature_source: nobody measured it."""
 ESCS = 12
@@ -174,7 +169,7 @@ RTCM."""
 distance_sensor = by_name(
     "distance_sensor",
     DistanceSensorSample,
-    {"device_id": SIMULATED_DISTANCE_SENSOR, **zeros("mode")},
+    zeros("mode"),
 )
 
 

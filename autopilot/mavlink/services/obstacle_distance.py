@@ -8,6 +8,7 @@ What a sideways one tells outside its range stays as it is: collision prevention
 import math
 from typing import Any, ClassVar
 
+from sitl_emu.autopilot.mavlink.device_id import DISTANCE, device_id
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.sensors.distance_sensors import DOWNWARD
 from sitl_emu.autopilot.topics import NAN, DistanceSensorSample, Topics, with_instance
@@ -35,7 +36,8 @@ class ObstacleDistance:
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE:
             self._topics.obstacle_distance = obstacles(now_us, message)
             return
-        sample = distance(now_us, message)._replace(publisher=link.name)
+        identity = device_id(DISTANCE, message.get_srcSystem(), link)
+        sample = distance(now_us, message)._replace(publisher=link.name, device_id=identity)
         self._topics.distance_sensors_outside = with_instance(self._topics.distance_sensors_outside, sample)
 
     def on_time(self, now_us: int) -> None:
@@ -54,6 +56,7 @@ def obstacles(now_us: int, message: Any) -> ObstacleDistanceSample:
         message.min_distance,
         message.max_distance,
         offset,
+        sensor_type=message.sensor_type,
     )
 
 

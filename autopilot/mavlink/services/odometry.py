@@ -3,8 +3,9 @@
 https://mavlink.io/en/messages/common.html#ODOMETRY. As PX4 v1.18 takes them (mavlink_receiver.cpp): the first two,
 unless they say that they come from motion capture, are for the filter (topics.vehicle_visual_odometry; EKF2_EV_CTRL).
 Places and velocities of ENU and FLU frames are turned to NED and FRD, attitudes are taken as they come, whatever the
-frame. ATT_POS_MOCAP, and ODOMETRY of a motion capture, go where EKF2 does not look. VISION_SPEED_ESTIMATE it does not
-know. The time that they state counts once the clock that it is of is known (timesync.py).
+frame. ATT_POS_MOCAP, and ODOMETRY of a motion capture, go where EKF2 does not look, and the log does
+(vehicle_mocap_odometry). VISION_SPEED_ESTIMATE it does not know. The time that they state counts once the clock that it
+is of is known (timesync.py).
 """
 
 import math
@@ -46,7 +47,7 @@ OF_VISION = frozenset(
 
 
 class Odometry:
-    """Writer of vehicle_visual_odometry."""
+    """Writer of vehicle_visual_odometry and vehicle_mocap_odometry."""
 
     MESSAGES: ClassVar[frozenset[int]] = frozenset({ODOMETRY, VISION_POSITION, mavlink.MAVLINK_MSG_ID_ATT_POS_MOCAP})
     HAS_TIMER = False
@@ -65,9 +66,15 @@ class Odometry:
             if kind in OF_VISION:
                 sample_us = self._timesync.sync_stamp(now_us, link, message.time_usec)
                 self._topics.vehicle_visual_odometry = of_odometry(sample_us, message)._replace(told_us=now_us)
-            elif kind != mavlink.MAV_ESTIMATOR_TYPE_MOCAP:
+            elif kind == mavlink.MAV_ESTIMATOR_TYPE_MOCAP:
+                sample_us = self._timesync.sync_stamp(now_us, link, message.time_usec)
+                self._topics.vehicle_mocap_odometry = of_odometry(sample_us, message)._replace(told_us=now_us)
+            else:
                 self._say(Severity.CRITICAL, f"ODOMETRY: estimator_type {kind} unsupported\t")
                 self._say(Severity.ERROR, "", "mavlink_rcv_odom_unsup_estimator_type", kind)
+        else:
+            sample_us = self._timesync.sync_stamp(now_us, link, message.time_usec)
+            self._topics.vehicle_mocap_odometry = of_motion_capture(sample_us, message)._replace(told_us=now_us)
 
     def on_time(self, now_us: int) -> None:
         """Nothing to do by itself."""
@@ -90,6 +97,13 @@ def of_vision_position(sample_us: int, message: Any) -> VehicleOdometry:
     )
 
 
+def of_motion_capture(sample_us: int, message: Any) -> VehicleOdometry:
+    """ATT_POS_MOCAP: a pose in NED."""
+    place, (w, x, y, z) = (message.x, message.y, message.z), message.q
+    variances = _variances(message.covariance)
+    return VehicleOdometry(sample_us, FRAME_NED, place, (w, x, y, z), FRAME_UNKNOWN, NAN3, *variances)
+
+
 def of_odometry(sample_us: int, message: Any) -> VehicleOdometry:
     """Pose and velocity in the frames that the message names; what is not finite, or in another frame, is not told."""
     known = message.estimator_type != mavlink.MAV_ESTIMATOR_TYPE_NAIVE
@@ -100,6 +114,7 @@ def of_odometry(sample_us: int, message: Any) -> VehicleOdometry:
     if message.child_frame_id in BODY_FRAMES:
         velocity = (message.vx, message.vy, message.vz)
         velocity_frame, velocity = (FRAME_BODY_FRD, velocity) if _is_finite(velocity) else (FRAME_UNKNOWN, NAN3)
+    turning = (message.rollspeed, message.pitchspeed, message.yawspeed)
     w, x, y, z = message.q
     has_attitude = math.isfinite(w + x + y + z)
     return VehicleOdometry(
@@ -114,6 +129,7 @@ def of_odometry(sample_us: int, message: Any) -> VehicleOdometry:
         _of_frame(message.child_frame_id, velocity_variance) if velocity_frame != FRAME_UNKNOWN else NAN3,
         message.reset_counter,
         message.quality,
+        angular_velocity=turning if _is_finite(turning) else NAN3,
     )
 
 

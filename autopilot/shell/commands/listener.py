@@ -4,13 +4,14 @@ Topics that are logged are printed with all of PX4's fields, the others with tho
 (autopilot/topics/).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from operator import attrgetter
 from typing import Any
 
 from sitl_emu.autopilot.logger import packing
 from sitl_emu.autopilot.shell import message_text
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, integer, usage
-from sitl_emu.autopilot.topics import topic_names
+from sitl_emu.autopilot.topics import Topics, topic_names
 
 PATIENCE_US = 2_000_000
 COMMANDS = (("TOPIC", "print it; -n how many, -r at most so many a second, -i instance"),)
@@ -20,6 +21,7 @@ SECONDS_OF_RATE = 30
 CLEAR_SCREEN = "\033[2J\n\033[H"
 """Ahead of each of several messages."""
 NOT_FOUND = -1
+Source = Callable[[Topics], Any]
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
@@ -37,28 +39,27 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
         return FAILURE
     name, hz, instance = names[0], options["-r"], options["-i"]
     sources = _sources(vehicle)
-    source = sources.get((name, 0))
     count = options["-n"] or (SECONDS_OF_RATE * hz if hz > 0 else 1)
-    if source is None:
+    if (name, 0) not in sources:
         yield f"Topic {name} did not match any known topics\n"
         return NOT_FOUND
     source = sources.get((name, max(instance, 0)))
-    if source is None or _timestamp(getattr(vehicle.topics, source)) == 0:
+    if source is None or _timestamp(source(vehicle.topics)) == 0:
         yield "never published\n"
         return SUCCESS
     if count == 1 and instance < 0:
         yield f"\nTOPIC: {name}\n"
-        yield from _message(vehicle, name, getattr(vehicle.topics, source))
+        yield from _message(vehicle, name, source(vehicle.topics))
         return SUCCESS
     interval_us = 1_000_000 // hz if hz > 0 else 0
     return (yield from _follow(vehicle, name, max(instance, 0), source, count, interval_us))
 
 
-def _follow(vehicle: Vehicle, name: str, instance: int, source: str, count: int, interval_us: int) -> Output:
+def _follow(vehicle: Vehicle, name: str, instance: int, source: Source, count: int, interval_us: int) -> Output:
     last, printed_us = None, vehicle.now_us - interval_us
     number = 0
     while number < count:
-        record = getattr(vehicle.topics, source)
+        record = source(vehicle.topics)
         now_us = vehicle.now_us
         if record is not last and now_us - printed_us >= interval_us:
             last, printed_us = record, now_us
@@ -91,10 +92,10 @@ def _message(vehicle: Vehicle, name: str, record: Any) -> Iterator[str]:
             yield from message_text.lines(message_text.fields_of(each), vehicle.now_us)
 
 
-def _sources(vehicle: Vehicle) -> dict[tuple[str, int], str]:
-    """Our topic by PX4's name and instance."""
-    own = {(name, 0): name for name in topic_names(vehicle.topics)}
-    return {(topic.name, topic.instance): topic.source for topic in vehicle.logger.topics()} | own
+def _sources(vehicle: Vehicle) -> dict[tuple[str, int], Source]:
+    """Where the record is, by PX4's name and instance."""
+    own: dict[tuple[str, int], Source] = {(name, 0): attrgetter(name) for name in topic_names(vehicle.topics)}
+    return own | {(topic.name, topic.instance): topic.record for topic in vehicle.logger.topics()}
 
 
 def _timestamp(record: Any) -> int:
