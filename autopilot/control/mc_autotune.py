@@ -14,10 +14,16 @@ from typing import ClassVar, Final
 from sitl_emu.autopilot.commands.table import Owner, commands_of
 from sitl_emu.autopilot.commands.vehicle_commands import CommandResult, obey_navigator
 from sitl_emu.autopilot.constants import NavState, Severity
-from sitl_emu.autopilot.control.system_identification import PidGains, SystemIdentification, pid_gains
+from sitl_emu.autopilot.control.system_identification import (
+    COEFFICIENTS,
+    FIRST_VARIANCE,
+    PidGains,
+    SystemIdentification,
+    pid_gains,
+)
 from sitl_emu.autopilot.events.texts import Say
 from sitl_emu.autopilot.parameters import Parameters
-from sitl_emu.autopilot.topics import Topics, Vector3, VehicleCommand
+from sitl_emu.autopilot.topics import AutotuneAttitudeControlStatus, Topics, Vector3, VehicleCommand
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.core.c_types import quotient
 
@@ -44,13 +50,17 @@ DETUNING: Final = 0.7
 STICKS_MOVED: Final = 0.05
 MOST_CONTROL_POWER: Final = 0.1
 AXES = ("ROLL", "PITCH", "YAW")
+NO_MODEL = (0.0,) * COEFFICIENTS
+NO_MODEL_VARIANCES = (FIRST_VARIANCE,) * COEFFICIENTS
+NO_RATES = (0.0, 0.0, 0.0)
+NO_FILTERED = (0.0, 0.0)
 ON_DISARM: Final = 1
 AT_ONCE: Final = 2
 """MC_AT_APPLY."""
 
 
 class State(IntEnum):
-    """autotune_attitude_control_status.state, as far as a multicopter has it."""
+    """How far it is, in the order of going on: what TOLD tells, as far as a multicopter has it."""
 
     IDLE = 0
     INIT = auto()
@@ -83,11 +93,31 @@ PROGRESS = {
     State.COMPLETE: 100,
 }
 """Percent, in COMMAND_ACK; 0 for all others."""
+TOLD = {
+    State.IDLE: 0,
+    State.INIT: 1,
+    State.ROLL: 3,
+    State.ROLL_PAUSE: 4,
+    State.PITCH: 6,
+    State.PITCH_PAUSE: 7,
+    State.YAW: 9,
+    State.YAW_PAUSE: 10,
+    State.VERIFICATION: 11,
+    State.APPLY: 12,
+    State.TEST: 13,
+    State.COMPLETE: 14,
+    State.FAIL: 15,
+    State.WAIT_FOR_DISARM: 16,
+}
+"""autotune_attitude_control_status STATE."""
+UNKNOWN_MODEL_S: Final = 0.01
+"""dt_model before the filters are known (_model_update_scaler and _filter_dt at the start)."""
 RESULTS = {State.COMPLETE: mavlink.MAV_RESULT_ACCEPTED, State.FAIL: mavlink.MAV_RESULT_FAILED}
 
 
 class McAutotune:
-    """Owner of DO_AUTOTUNE_ENABLE; adds to the rate setpoint, and sets the gains in the end."""
+    """Owner of DO_AUTOTUNE_ENABLE, writer of autotune_attitude_control_status; adds to the rate setpoint, and sets the
+    gains in the end."""
 
     COMMANDS: ClassVar[frozenset[int]] = commands_of(Owner.AUTOTUNE)
 
@@ -99,7 +129,7 @@ class McAutotune:
         self._since_us = self._step_us = 0
         self._mode = NavState.AUTO_LOITER
         self._model: SystemIdentification | None = None
-        self._model_s, self._fit_every, self._samples = TICK_S, 1, 0
+        self._model_s, self._fit_every, self._samples = UNKNOWN_MODEL_S, 1, 0
         self._scale = 1.0
         self._gains: list[tuple[PidGains, float]] = []
         self._high, self._steps, self._longest, self._mean = False, 0, 0, 0.0
@@ -140,6 +170,7 @@ class McAutotune:
             self._advance(now_us)
             self._abort(now_us)
             self.rates = self._signal()
+            self._publish(now_us)
 
     def on_torque(self, torque: Vector3, rates: Vector3) -> None:
         """After each rate control, while `rates` is not None."""
@@ -169,7 +200,8 @@ class McAutotune:
                 self._shake(now_us, State.ROLL)
         elif state in SHAKES:
             if self._settled and for_us > LEAST_AXIS_US:
-                self._design(YAW_RISE_S if state is State.YAW else float(self._parameters["MC_AT_RISE_TIME"]))
+                rise_s = YAW_RISE_S if state is State.YAW else float(self._parameters["MC_AT_RISE_TIME"])
+                self._gains.append(self._design(rise_s))
                 self._enter(now_us, State(state + 1))
         elif state in (State.ROLL_PAUSE, State.PITCH_PAUSE):
             if for_us > PAUSE_US:
@@ -239,16 +271,40 @@ class McAutotune:
 
     @property
     def _settled(self) -> bool:
-        return self._model is not None and self._model.worst_variance < SETTLED_VARIANCE
+        return self._model is not None and max(self._model.variances) < SETTLED_VARIANCE
 
-    def _design(self, rise_s: float) -> None:
-        assert self._model is not None
-        a1, a2, *b = self._model.coefficients
-        gains = pid_gains([a1, a2, *(self._scale * each for each in b)], self._model_s, rise_s, DETUNING)
+    def _design(self, rise_s: float) -> tuple[PidGains, float]:
+        """Gains of the rate control and of the attitude control, by what the model is now."""
+        gains = pid_gains(list(self._coefficients), self._model_s, rise_s, DETUNING)
         if -0.001 < gains.d < 0.0:
             gains = gains._replace(d=0.0)
-        attitude = 1.0 / (math.radians(60.0) * gains.k) if gains.k else math.inf
-        self._gains.append((gains, max(2.0, min(6.5, attitude))))
+        attitude = quotient(1.0, math.radians(60.0) * gains.k)
+        return gains, max(2.0, min(6.5, attitude))
+
+    @property
+    def _coefficients(self) -> tuple[float, ...]:
+        """Of the model, for torques as they are."""
+        if self._model is None:
+            return NO_MODEL
+        a1, a2, *b = self._model.coefficients
+        return a1, a2, *(self._scale * each for each in b)
+
+    def _publish(self, now_us: int) -> None:
+        model, yaws = self._model, self.state in (State.YAW, State.YAW_PAUSE)
+        gains, attitude = self._design(YAW_RISE_S if yaws else float(self._parameters["MC_AT_RISE_TIME"]))
+        self._topics.autotune_attitude_control_status = AutotuneAttitudeControlStatus(
+            now_us,
+            self._coefficients,
+            NO_MODEL_VARIANCES if model is None else model.variances,
+            0.0 if model is None else model.fitness,
+            0.0 if model is None else model.innovation,
+            self._model_s,
+            *gains,
+            attitude,
+            NO_RATES if self.rates is None else self.rates,
+            *(NO_FILTERED if model is None else model.filtered),
+            TOLD[self.state],
+        )
 
     def _designed(self) -> dict[str, float]:
         """The parameters, in parallel form."""

@@ -9,11 +9,16 @@ gives the gains.
 import math
 from typing import NamedTuple
 
+from sitl_emu.core.c_types import quotient
+
 COEFFICIENTS = 5
 FIRST_VARIANCE = 10e3
 SAMPLES_BEFORE_FIT = 6
 HIGH_PASS_HZ = 0.5
 FORGETTING_S = 60.0
+FIRST_FITNESS = 10.0
+FITNESS_S = 1.0
+"""Time constant of the fitness' low-pass, and what it begins with."""
 INTEGRAL_SHARE = 0.2
 """PX4 takes a fifth of the integral gain that the method gives."""
 
@@ -65,6 +70,7 @@ class SystemIdentification:
         self._filters = (LowPass(rate_hz, cutoff_hz), LowPass(rate_hz, cutoff_hz))
         self._high_pass = rate_hz / (rate_hz + math.tau * HIGH_PASS_HZ)
         self._keep = 1.0 - model_s / FORGETTING_S
+        self._model_s, self._fitness_share = model_s, model_s / (FITNESS_S + model_s)
         self.reset()
 
     def reset(self) -> None:
@@ -75,6 +81,8 @@ class SystemIdentification:
         self._low: tuple[float, float] | None = None
         self._passed = (0.0, 0.0)
         self._samples = 0
+        self.innovation, self.fitness = 0.0, FIRST_FITNESS
+        """What the model was wrong by, and how fast its coefficients change (updateFitness); for the log."""
 
     @property
     def started(self) -> bool:
@@ -82,9 +90,14 @@ class SystemIdentification:
         return self._low is not None
 
     @property
-    def worst_variance(self) -> float:
+    def variances(self) -> tuple[float, ...]:
         """Of its coefficients."""
-        return max(self._p[n][n] for n in range(COEFFICIENTS))
+        return tuple(self._p[n][n] for n in range(COEFFICIENTS))
+
+    @property
+    def filtered(self) -> tuple[float, float]:
+        """The newest sample as it is taken into the model: what went in, what came out."""
+        return self._passed
 
     def sample(self, u: float, y: float) -> None:
         """What went in and what came out."""
@@ -104,6 +117,7 @@ class SystemIdentification:
         self._u, self._y = [*self._u[1:], u], [*self._y[1:], y]
         if self._samples < SAMPLES_BEFORE_FIT:
             self._samples += 1
+            self._rate(0.0)
             return
         phi = (-self._y[1], -self._y[0], self._u[2], self._u[1], self._u[0])
         p, keep = self._p, self._keep
@@ -111,10 +125,14 @@ class SystemIdentification:
         whole = keep + sum(phi[n] * gain[n] for n in range(5))
         self._p = p = [[(p[r][c] - gain[r] * gain[c] / whole) / keep for c in range(5)] for r in range(5)]
         theta = self.coefficients
-        innovation = self._y[2] - sum(phi[n] * theta[n] for n in range(5))
+        self.innovation = innovation = self._y[2] - sum(phi[n] * theta[n] for n in range(5))
         self.coefficients = [
             theta[r] + innovation * sum(p[r][n] * phi[n] for n in range(COEFFICIENTS)) for r in range(COEFFICIENTS)
         ]
+        self._rate(sum(abs(new - old) for new, old in zip(self.coefficients, theta, strict=True)))
+
+    def _rate(self, change: float) -> None:
+        self.fitness += self._fitness_share * (change / self._model_s - self.fitness)
 
 
 def pid_gains(coefficients: list[float], model_s: float, rise_s: float, detuning: float) -> PidGains:
@@ -127,6 +145,7 @@ def pid_gains(coefficients: list[float], model_s: float, rise_s: float, detuning
     f1 = a1 * e1 - a2 * e1 + a2
     f2 = a2 * e1
     nu, slope = detuning + (e1 + 1.0) * sum(b), f1 + 2.0 * f2
-    if abs(nu) < 1e-7 or slope == 0.0:
+    if abs(nu) < 1e-7:
         return PidGains(0.0, 0.0, 0.0)
-    return PidGains(-slope / nu, -INTEGRAL_SHARE * (f0 + f1 + f2) / (model_s * slope), -model_s * f2 / slope)
+    integral = quotient(-INTEGRAL_SHARE * (f0 + f1 + f2), model_s * slope)
+    return PidGains(-slope / nu, integral, quotient(-model_s * f2, slope))

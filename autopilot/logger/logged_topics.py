@@ -170,6 +170,12 @@ OF_SOME_KINDS = (
     ),
     LoggedTopic("rate_ctrl_status", 200, control.rate_ctrl_status, module="mc_rate_control"),
     LoggedTopic("control_allocator_status", 200, control.control_allocator_status, module="control_allocator"),
+    LoggedTopic(
+        "autotune_attitude_control_status",
+        100,
+        control.autotune_attitude_control_status,
+        module="mc_att_control",
+    ),
     LoggedTopic("takeoff_status", 1000, control.takeoff_status, module="mc_pos_control"),
     LoggedTopic("hover_thrust_estimate", 100, control.hover_thrust_estimate, module="mc_hover_thrust_estimator"),
     LoggedTopic("trajectory_setpoint", 200, control.trajectory_setpoint, module=ROVER),

@@ -138,6 +138,25 @@ class CollisionConstraints(NamedTuple):
     adapted_setpoint: tuple[float, float] = (NAN, NAN)
 
 
+class AutotuneAttitudeControlStatus(NamedTuple):
+    """uORB autotune_attitude_control_status. Writer: control/mc_autotune.py, ten times a second while it tunes."""
+
+    timestamp: int = 0
+    coeff: tuple[float, ...] = (0.0,) * 5
+    coeff_var: tuple[float, ...] = (0.0,) * 5
+    fitness: float = 0.0
+    innov: float = 0.0
+    dt_model: float = 0.0
+    kc: float = 0.0
+    ki: float = 0.0
+    kd: float = 0.0
+    att_p: float = 0.0
+    rate_sp: Vector3 = (0.0, 0.0, 0.0)
+    u_filt: float = 0.0
+    y_filt: float = 0.0
+    state: int = 0
+
+
 class TakeoffStatus(NamedTuple):
     """Writer: mc_pos_control; state is constants.TakeoffState."""
 

@@ -22,6 +22,7 @@ from sitl_emu.autopilot.topics.control import (
     ActuatorOutputs,
     ActuatorSet,
     ActuatorTest,
+    AutotuneAttitudeControlStatus,
     CollisionConstraints,
     ControlAllocatorStatus,
     HoverThrustEstimate,
@@ -258,6 +259,7 @@ class Topics:
         self.landing_gear = LandingGear()
         self.collision_constraints = CollisionConstraints()
         self.takeoff_status = TakeoffStatus()
+        self.autotune_attitude_control_status = AutotuneAttitudeControlStatus()
         self.hover_thrust_estimate = HoverThrustEstimate()
         self.vehicle_visual_odometry = VehicleOdometry()
         self.vehicle_mocap_odometry = VehicleOdometry()

@@ -17,6 +17,7 @@ from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     NOT_NEW,
     ActionRequest,
+    AutotuneAttitudeControlStatus,
     CollisionConstraints,
     DistanceSensorSample,
     Ekf2Timestamps,
@@ -300,3 +301,15 @@ def test_each_request_of_a_switch_is_logged(tmp_path: Path) -> None:
     assert column(log, "action_request", "action") == [1.0, 5.0]
     assert column(log, "action_request", "source") == [1.0, 2.0]
     assert column(log, "action_request", "mode") == [2.0, 2.0]
+
+
+def test_how_far_autotuning_is_goes_into_the_log(tmp_path: Path) -> None:
+    """mc_autotune_attitude_control.cpp:229; 10 Hz."""
+    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig.run(1.0)
+    rig.topics.autotune_attitude_control_status = AutotuneAttitudeControlStatus(rig.now_us, (0.5,) * 5, state=3)
+    rig.run(1.0)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+    assert column(log, "autotune_attitude_control_status", "coeff[4]") == [0.5]
+    assert column(log, "autotune_attitude_control_status", "state") == [3.0]

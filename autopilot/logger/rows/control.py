@@ -9,6 +9,7 @@ from sitl_emu.autopilot.logger.ulog import array_length
 from sitl_emu.autopilot.topics import (
     ActuatorControlsStatus,
     ActuatorOutputs,
+    AutotuneAttitudeControlStatus,
     CollisionConstraints,
     ControlAllocatorStatus,
     HoverThrustEstimate,
@@ -129,6 +130,9 @@ rate_ctrl_status = by_name("rate_ctrl_status", RateCtrlStatus)
 control_allocator_status = by_name("control_allocator_status", ControlAllocatorStatus)
 vehicle_constraints = by_name("vehicle_constraints", VehicleConstraints, {"timestamp": 0})
 collision_constraints = by_name("collision_constraints", CollisionConstraints)
+autotune_attitude_control_status = by_name(
+    "autotune_attitude_control_status", AutotuneAttitudeControlStatus, {"kff": 0}
+)
 landing_gear = by_name("landing_gear", LandingGear)
 vehicle_local_position_setpoint = by_name("vehicle_local_position_setpoint", VehicleLocalPositionSetpoint)
 takeoff_status = by_name("takeoff_status", TakeoffStatus, {"takeoff_state": "state"})
