@@ -189,6 +189,11 @@ NOT_BY_DEFAULT = (
     LoggedTopic("obstacle_distance", 0, outside.obstacle_distance),
     LoggedTopic("obstacle_distance_fused", 0, outside.obstacle_distance_fused),
     LoggedTopic("collision_constraints", 0, control.collision_constraints),
+    LoggedTopic("debug_array", 0, outside.debug_array),
+    LoggedTopic("debug_key_value", 0, outside.debug_key_value),
+    LoggedTopic("debug_value", 0, outside.debug_value),
+    LoggedTopic("debug_vect", 0, outside.debug_vect),
+    LoggedTopic("actuator_test", 500, control.actuator_test),
     *_distance_sensors(2, 3),
 )
 """What a bit of SDLOG_PROFILE has to ask for."""
@@ -199,26 +204,36 @@ NOT_BY_DEFAULT = (
 MOTOR_FUNCTION, SERVO_FUNCTION = 101, 201
 """PWM_MAIN_FUNCn of the first motor and the first servo."""
 DEFAULT_PROFILE = 0
-FAST_IMU = ("sensor_combined", "vehicle_angular_velocity", "vehicle_torque_setpoint", "vehicle_acceleration")
-PROFILES: Mapping[int, Mapping[str, int]] = {
-    1: dict.fromkeys(
-        (
+PROFILES: Mapping[int, Mapping[int, Sequence[str]]] = {
+    1: {
+        0: (
             "ekf2_timestamps",
             "vehicle_optical_flow",
-            "vehicle_visual_odometry",
-            "aux_global_position",
             "sensor_combined",
+            "sensor_selection",
             "vehicle_air_data",
             "vehicle_gps_position",
+            "vehicle_land_detected",
             "vehicle_magnetometer",
+            "vehicle_status",
+            "vehicle_visual_odometry",
+            "ranging_beacon",
+            "aux_global_position",
             "distance_sensor",
-        ),
-        0,
-    ),
-    2: {"sensor_baro": 100, "sensor_mag": 100},
-    3: dict.fromkeys((*FAST_IMU, "actuator_motors"), 0),
-    4: dict.fromkeys(
-        (
+        )
+    },
+    2: {100: ("sensor_accel", "sensor_baro", "sensor_gyro", "sensor_mag")},
+    3: {
+        0: (
+            "sensor_combined",
+            "vehicle_angular_velocity",
+            "vehicle_torque_setpoint",
+            "vehicle_acceleration",
+            "actuator_motors",
+        )
+    },
+    4: {
+        0: (
             "manual_control_setpoint",
             "sensor_combined",
             "vehicle_angular_velocity",
@@ -230,19 +245,33 @@ PROFILES: Mapping[int, Mapping[str, int]] = {
             "vehicle_thrust_setpoint",
             "vehicle_torque_setpoint",
         ),
-        0,
-    ),
-    6: {"sensor_baro": 100, "sensor_mag": 100},
-    7: {
-        **dict.fromkeys(
-            ("collision_constraints", "distance_sensor", "obstacle_distance_fused", "obstacle_distance"), 0
-        ),
-        **dict.fromkeys(("vehicle_mocap_odometry", "vehicle_visual_odometry"), 30),
+        5: ("esc_status",),
+        20: ("rate_ctrl_status",),
     },
-    11: {"distance_sensor": 0, "sensor_gps": 0, "sensor_mag": 0},
+    5: {0: ("debug_array", "debug_key_value", "debug_value", "debug_vect"), 500: ("actuator_test",)},
+    6: {100: ("sensor_accel", "sensor_baro", "sensor_gyro", "sensor_mag")},
+    7: {
+        0: ("collision_constraints", "distance_sensor", "obstacle_distance_fused", "obstacle_distance"),
+        30: ("vehicle_mocap_odometry", "vehicle_visual_odometry"),
+    },
+    11: {
+        10: (
+            "distance_sensor",
+            "sensor_baro",
+            "sensor_optical_flow",
+            "sensor_gps",
+            "sensor_mag",
+            "estimator_aid_src_baro_hgt",
+            "vehicle_air_data",
+            "vehicle_magnetometer",
+            "vehicle_thrust_setpoint",
+        )
+    },
 }
-"""Per bit of SDLOG_PROFILE but the default: other intervals in ms. Estimator replay, thermal calibration, system
-identification, high rate, sensor comparison, vision, high-rate sensors."""
+"""Per bit of SDLOG_PROFILE but the default, in PX4's order, of which the last one counts: intervals in ms, and what is
+logged so often (logged_topics.cpp:295-407). Estimator replay, thermal calibration, system identification, high rate,
+debugging, sensor comparison, vision, high-rate sensors. Bits 8 to 10 (raw samples of IMUs, MAVLink's tunnel) are of
+what no vehicle of ours has."""
 
 
 class Vehicle(NamedTuple):
@@ -279,7 +308,13 @@ def logged_topics(profile: int, vehicle: Vehicle) -> list[LoggedTopic]:
     ]
     default = not profile or profile >> DEFAULT_PROFILE & 1
     wanted = {topic: topic.interval_ms for topic in known if default and topic not in NOT_BY_DEFAULT}
-    for bit, others in PROFILES.items():
+    for bit, rates in PROFILES.items():
         if profile >> bit & 1:
-            wanted |= {topic: others[topic.name] for topic in known if topic.name in others}
+            others = {name: interval_ms for interval_ms, names in rates.items() for name in names}
+            # a state is told again as often as its writer does, however often the log would take it
+            wanted |= {
+                topic: topic.interval_ms if topic.state else others[topic.name]
+                for topic in known
+                if topic.name in others
+            }
     return [topic._replace(interval_ms=wanted[topic]) for topic in known if topic in wanted]

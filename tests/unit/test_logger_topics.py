@@ -10,6 +10,7 @@ from pyulog import ULog
 
 from sitl_emu.autopilot.constants import NavState, RequestedAction
 from sitl_emu.autopilot.events.texts import Texts
+from sitl_emu.autopilot.logger import logged_topics
 from sitl_emu.autopilot.logger.logger import Logger
 from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
 from sitl_emu.autopilot.parameters import Parameters
@@ -17,8 +18,13 @@ from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     NOT_NEW,
     ActionRequest,
+    ActuatorTest,
     AutotuneAttitudeControlStatus,
     CollisionConstraints,
+    DebugArray,
+    DebugKeyValue,
+    DebugValue,
+    DebugVect,
     DistanceSensorSample,
     Ekf2Timestamps,
     SensorSelection,
@@ -313,3 +319,56 @@ def test_how_far_autotuning_is_goes_into_the_log(tmp_path: Path) -> None:
     log = rig.read(FIRST)
     assert column(log, "autotune_attitude_control_status", "coeff[4]") == [0.5]
     assert column(log, "autotune_attitude_control_status", "state") == [3.0]
+
+
+# --- SDLOG_PROFILE ------------------------------------------------------------------------------------------------
+
+
+def intervals(profile: int) -> dict[tuple[str, int], int]:
+    modules = VehicleKind.MULTICOPTER.traits.modules
+    topics = logged_topics.logged_topics(profile, logged_topics.Vehicle(modules, [101, 102], 1))
+    return {(topic.name, topic.instance): topic.interval_ms for topic in topics}
+
+
+@pytest.mark.parametrize(
+    ("bit", "wanted"),
+    [
+        (1, {"vehicle_status": 500, "vehicle_land_detected": 1000, "ranging_beacon": 0, "sensor_selection": 0}),
+        (2, {"sensor_accel": 100, "sensor_gyro": 100, "sensor_baro": 100, "sensor_mag": 100}),
+        (3, {"vehicle_acceleration": 0, "vehicle_torque_setpoint": 0, "actuator_motors": 0}),
+        (4, {"rate_ctrl_status": 20, "esc_status": 5, "manual_control_setpoint": 0}),
+        (5, {"debug_array": 0, "debug_key_value": 0, "debug_value": 0, "debug_vect": 0, "actuator_test": 500}),
+        (6, {"sensor_accel": 100, "sensor_gyro": 100, "sensor_baro": 100, "sensor_mag": 100}),
+        (11, {"sensor_gps": 10, "estimator_aid_src_baro_hgt": 10, "vehicle_air_data": 10, "sensor_optical_flow": 10}),
+    ],
+)
+def test_each_bit_brings_its_topics(bit: int, wanted: dict[str, int]) -> None:
+    """logged_topics.cpp:295-407; commander tells its state twice a second and the land detector every second."""
+    alone, beside = intervals(1 << bit), intervals(1 << bit | 1)
+    assert {name: alone[name, 0] for name in wanted} == wanted == {name: beside[name, 0] for name in wanted}
+    assert ("cpuload", 0) not in alone and ("cpuload", 0) in beside
+
+
+def test_of_several_bits_the_last_one_counts() -> None:
+    both = intervals(1 << 1 | 1 << 11)
+    assert (both["vehicle_air_data", 0], both["vehicle_magnetometer", 0], both["distance_sensor", 1]) == (10, 10, 10)
+    assert intervals(131)["vehicle_visual_odometry", 0] == 30
+
+
+def test_numbers_of_others_are_logged_for_debugging(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, SDLOG_MODE=2, SDLOG_PROFILE=1 << 5)
+    rig.run(1.0)
+    topics, now_us = rig.topics, rig.now_us
+    topics.debug_key_value = DebugKeyValue(now_us, b"abc", 1.5)
+    topics.debug_value = DebugValue(now_us, 3, 2.5)
+    topics.debug_vect = DebugVect(now_us, b"vec", (1.0, 2.0, 3.0))
+    topics.debug_array = DebugArray(now_us, 5, b"arr", (1.0, 2.0))
+    topics.actuator_test = ActuatorTest(now_us, 101, 0.25, 3_000_000)
+    rig.run(1.0)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+    assert column(log, "debug_key_value", "value") == [1.5] and column(log, "debug_key_value", "key[0]") == [ord("a")]
+    assert column(log, "debug_value", "ind") == [3.0] and column(log, "debug_vect", "z") == [3.0]
+    assert column(log, "debug_array", "id") == [5.0] and column(log, "debug_array", "data[1]") == [2.0]
+    test = {field: values[0] for field, values in log.get_dataset("actuator_test").data.items()}
+    assert (test["action"], test["function"], test["value"], test["timeout_ms"]) == (1, 101, 0.25, 3000)

@@ -9,6 +9,7 @@ from sitl_emu.autopilot.logger.ulog import array_length
 from sitl_emu.autopilot.topics import (
     ActuatorControlsStatus,
     ActuatorOutputs,
+    ActuatorTest,
     AutotuneAttitudeControlStatus,
     CollisionConstraints,
     ControlAllocatorStatus,
@@ -27,6 +28,8 @@ from sitl_emu.autopilot.topics import (
 )
 
 NAN = math.nan
+RELEASE, CONTROL = 0, 1
+"""actuator_test ACTION."""
 
 
 @row("trajectory_setpoint")
@@ -129,6 +132,15 @@ actuator_controls_status_0 = by_name("actuator_controls_status_0", ActuatorContr
 rate_ctrl_status = by_name("rate_ctrl_status", RateCtrlStatus)
 control_allocator_status = by_name("control_allocator_status", ControlAllocatorStatus)
 vehicle_constraints = by_name("vehicle_constraints", VehicleConstraints, {"timestamp": 0})
+
+
+@row("actuator_test")
+def actuator_test(pack: Pack, record: ActuatorTest) -> bytes:
+    """What an output is told by itself."""
+    timeout_ms = record.timeout_us // 1000
+    return pack(record.timestamp, record.value, timeout_ms, record.function, CONTROL if timeout_ms else RELEASE)
+
+
 collision_constraints = by_name("collision_constraints", CollisionConstraints)
 autotune_attitude_control_status = by_name(
     "autotune_attitude_control_status", AutotuneAttitudeControlStatus, {"kff": 0}

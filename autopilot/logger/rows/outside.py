@@ -7,6 +7,10 @@ from sitl_emu.autopilot.logger.packing import Pack, Value, by_name, row, zeros
 from sitl_emu.autopilot.topics import (
     ActionRequest,
     AuxGlobalPosition,
+    DebugArray,
+    DebugKeyValue,
+    DebugValue,
+    DebugVect,
     Gripper,
     InputRc,
     ManualControlSetpoint,
@@ -20,6 +24,8 @@ from sitl_emu.autopilot.topics import (
 )
 
 NAN = math.nan
+NAME, NUMBERS = 10, 58
+"""Lengths of names and of debug_array.data."""
 DIRECTIONS = 72
 """Places in obstacle_distance.distances."""
 
@@ -120,6 +126,35 @@ sensor_optical_flow = by_name(
 )
 aux_global_position = by_name("aux_global_position", AuxGlobalPosition)
 onboard_computer_status = by_name("onboard_computer_status", OnboardComputerStatus)
+
+
+def _characters(name: bytes) -> tuple[bytes, ...]:
+    padded_name = name[:NAME].ljust(NAME, b"\0")
+    return tuple(padded_name[n : n + 1] for n in range(NAME))
+
+
+@row("debug_key_value")
+def debug_key_value(pack: Pack, record: DebugKeyValue) -> bytes:
+    """A named number."""
+    return pack(record.timestamp, record.value, *_characters(record.key))
+
+
+@row("debug_value")
+def debug_value(pack: Pack, record: DebugValue) -> bytes:
+    """A numbered one."""
+    return pack(record.timestamp, record.value, record.ind)
+
+
+@row("debug_vect")
+def debug_vect(pack: Pack, record: DebugVect) -> bytes:
+    """Three of them."""
+    return pack(record.timestamp, *record.xyz, *_characters(record.name))
+
+
+@row("debug_array")
+def debug_array(pack: Pack, record: DebugArray) -> bytes:
+    """Many of them."""
+    return pack(record.timestamp, *padded(record.data, NUMBERS), record.id, *_characters(record.name))
 
 
 @row("transponder_report")
