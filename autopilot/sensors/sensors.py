@@ -231,7 +231,8 @@ class Sensors:
         (now_us, ax, ay, az, gx, gy, gz, mx, my, mz, pressure_hpa, _, _, temperature_c, updated, _) = message
         self._now_us = now_us
         topics = self._topics
-        gyro, accel, field = (gx, gy, gz), (ax, ay, az), (mx, my, mz)
+        raw_gyro, raw_accel, raw_field, raw_pa = (gx, gy, gz), (ax, ay, az), (mx, my, mz), pressure_hpa * 100.0
+        gyro, accel, field = raw_gyro, raw_accel, raw_field
         if self._corrects:
             corrections = self._corrections
             gyro, accel = corrected_gyro(gyro, corrections), corrected_accel(accel, corrections)
@@ -242,15 +243,17 @@ class Sensors:
         makes_sense = total < math.inf
         if total > LARGEST_ACCEL_M_S2:
             gyro, accel = _clipped(gyro, MOST_RAD_S), _clipped(accel, LARGEST_ACCEL_M_S2)
+            raw_gyro, raw_accel = _clipped(raw_gyro, MOST_RAD_S), _clipped(raw_accel, LARGEST_ACCEL_M_S2)
         if makes_sense and self._imu_fails:
-            self._publish_failing_imu(now_us, gyro, accel)
+            self._publish_failing_imu(SensorImu(now_us, gyro, accel, raw_gyro, raw_accel))
         elif makes_sense:
-            topics.sensor_imu = SensorImu(now_us, gyro, accel)
+            topics.sensor_imu = SensorImu(now_us, gyro, accel, raw_gyro, raw_accel)
             self._integrator.update(now_us, gyro, accel)
         mag_updated = updated & FIELDS_UPDATED_MAG == FIELDS_UPDATED_MAG and math.isfinite(sum(field))
         if mag_updated and self._mag != OFF and self._has_mag:
-            field = topics.sensor_mag.magnetometer_ga if self._mag == STUCK else field
-            topics.sensor_mag = SensorMag(now_us, field)
+            if self._mag == STUCK:
+                _, field, raw_field = topics.sensor_mag
+            topics.sensor_mag = SensorMag(now_us, field, raw_field)
             if not self._mag_disabled:
                 self._average_mag(now_us, field)
         baro_updated = updated & FIELDS_UPDATED_BARO and 0.0 < pressure_hpa < math.inf
@@ -260,7 +263,7 @@ class Sensors:
                 pressure_hpa = topics.sensor_baro.pressure_pa * 0.01
             else:
                 baro_alt_m = altitude_m(pressure_hpa, float(self._parameters["SENS_BARO_QNH"]))
-                topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c)
+                topics.sensor_baro = SensorBaro(now_us, pressure_hpa * 100.0, baro_alt_m, temperature_c, raw_pa)
             if not self._baro_disabled:
                 self._average_baro(now_us, pressure_hpa)
 
@@ -290,15 +293,17 @@ class Sensors:
             self._baro_calibrations,
         )
 
-    def _publish_failing_imu(self, now_us: int, gyro: Vector3, accel: Vector3) -> None:
+    def _publish_failing_imu(self, sample: SensorImu) -> None:
         """Without one of them there is no sensor_combined, as in PX4."""
         if OFF in (self._gyro, self._accel):
             return
         last = self._topics.sensor_imu
-        gyro = last.gyro_rad_s if self._gyro == STUCK else gyro
-        accel = last.accelerometer_m_s2 if self._accel == STUCK else accel
-        self._topics.sensor_imu = SensorImu(now_us, gyro, accel)
-        self._integrator.update(now_us, gyro, accel)
+        of_gyro = last if self._gyro == STUCK else sample
+        of_accel = last if self._accel == STUCK else sample
+        gyro, accel = of_gyro.gyro_rad_s, of_accel.accelerometer_m_s2
+        raw = of_gyro.raw_gyro_rad_s, of_accel.raw_accelerometer_m_s2
+        self._topics.sensor_imu = SensorImu(sample.timestamp, gyro, accel, *raw)
+        self._integrator.update(sample.timestamp, gyro, accel)
 
     def _on_hil_gps(self, message: HilGps) -> None:
         if self._gps == OFF or not self._has_gps:

@@ -16,11 +16,13 @@ class SensorCombined(NamedTuple):
 
 
 class SensorImu(NamedTuple):
-    """One raw sample of gyro and accelerometer, calibrated (uORB sensor_gyro and sensor_accel)."""
+    """One sample of gyro and accelerometer, calibrated, and as the drivers tell it (uORB sensor_gyro, sensor_accel)."""
 
     timestamp: int = 0
     gyro_rad_s: Vector3 = (0.0, 0.0, 0.0)
     accelerometer_m_s2: Vector3 = (0.0, 0.0, -9.80665)
+    raw_gyro_rad_s: Vector3 = (0.0, 0.0, 0.0)
+    raw_accelerometer_m_s2: Vector3 = (0.0, 0.0, -9.80665)
 
 
 class SensorBaro(NamedTuple):
@@ -30,6 +32,8 @@ class SensorBaro(NamedTuple):
     pressure_pa: float = NAN
     baro_alt_m: float = NAN
     temperature_c: float = NAN
+    raw_pa: float = NAN
+    """As the driver tells it (uORB sensor_baro): without CAL_BARO0_OFF."""
 
 
 class VehicleAirData(NamedTuple):
@@ -45,10 +49,11 @@ class VehicleAirData(NamedTuple):
 
 
 class SensorMag(NamedTuple):
-    """Magnetic field in the body frame, gauss."""
+    """Magnetic field in the body frame, gauss, calibrated, and as the driver tells it (uORB sensor_mag)."""
 
     timestamp: int = 0
     magnetometer_ga: Vector3 = NAN3
+    raw_ga: Vector3 = NAN3
 
 
 class VehicleMagnetometer(NamedTuple):

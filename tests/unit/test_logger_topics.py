@@ -14,6 +14,8 @@ from sitl_emu.autopilot.logger import logged_topics
 from sitl_emu.autopilot.logger.logger import Logger
 from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
 from sitl_emu.autopilot.parameters import Parameters
+from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
+from sitl_emu.autopilot.sensors.sensors import Sensors
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     NOT_NEW,
@@ -34,6 +36,7 @@ from sitl_emu.autopilot.topics import (
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
+from sitl_emu.core.simulator_api import HilSensor
 from tests.unit.estimator_feed import Feed
 from tests.unit.logger_rig import FIRST, TICK_US, Rig
 from tests.unit.mavlink_peer import GCS, ONBOARD, Peer
@@ -372,3 +375,34 @@ def test_numbers_of_others_are_logged_for_debugging(tmp_path: Path) -> None:
     assert column(log, "debug_array", "id") == [5.0] and column(log, "debug_array", "data[1]") == [2.0]
     test = {field: values[0] for field, values in log.get_dataset("actuator_test").data.items()}
     assert (test["action"], test["function"], test["value"], test["timeout_ms"]) == (1, 101, 0.25, 3000)
+
+
+# --- raw sensors --------------------------------------------------------------------------------------------------
+
+
+def test_raw_sensors_are_logged_as_their_drivers_tell_them(tmp_path: Path) -> None:
+    """sensor_accel, sensor_gyro, sensor_mag and sensor_baro of PX4 know no calibration; what is flown by does."""
+    calibrated = {f"CAL_{sensor}0_ID": device for sensor, device in DEVICE_IDS.items()}
+    offsets = {"CAL_ACC0_XOFF": 0.5, "CAL_GYRO0_ZOFF": 0.1, "CAL_MAG0_YOFF": 0.05, "CAL_BARO0_OFF": 50.0}
+    rig = Rig(tmp_path, SDLOG_MODE=2, **calibrated, **offsets)
+    sensors = Sensors(rig.topics, rig.parameters)
+    for _ in range(500):
+        told = HilSensor(
+            rig.now_us + TICK_US, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0x1FFF, 0
+        )
+        rig.now_us = sensors.update([told])
+        rig.logger.update(rig.now_us)
+    rig.logger.shut_down()
+    log = rig.read(FIRST)
+
+    def last(topic: str, *fields: str) -> list[float]:
+        return [column(log, topic, field)[-1] for field in fields]
+
+    assert last("sensor_accel", "x", "y", "z") == pytest.approx([1.0, 2.0, -9.8])
+    assert last("sensor_gyro", "x", "y", "z") == pytest.approx([0.1, 0.2, 0.3])
+    assert last("sensor_mag", "x", "y", "z") == pytest.approx([0.2, 0.0, 0.4])
+    assert last("sensor_baro", "pressure") == pytest.approx([95_500.0])
+    assert last("vehicle_acceleration", "xyz[0]") == pytest.approx([0.5])
+    assert last("sensor_combined", "gyro_rad[2]") == pytest.approx([0.2])
+    assert last("vehicle_magnetometer", "magnetometer_ga[1]") == pytest.approx([-0.05])
+    assert last("vehicle_air_data", "baro_pressure_pa") == pytest.approx([95_450.0])

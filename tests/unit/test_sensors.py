@@ -321,7 +321,7 @@ def test_gyro_accelerometer_magnetometer_and_barometer_off_and_stuck() -> None:
     reader.update([later])
     assert topics.sensor_imu.timestamp == topics.sensor_mag.timestamp == topics.sensor_baro.timestamp == 8000
     assert topics.sensor_imu.gyro_rad_s == seen[0].gyro_rad_s
-    assert topics.sensor_imu.accelerometer_m_s2[0] == 5.0
+    assert topics.sensor_imu.accelerometer_m_s2[0] == topics.sensor_imu.raw_accelerometer_m_s2[0] == 5.0
     assert topics.sensor_mag.magnetometer_ga == seen[1].magnetometer_ga
     assert topics.sensor_baro.baro_alt_m == seen[2].baro_alt_m
     inject_failure(topics, 0, 0)

@@ -14,6 +14,7 @@ from sitl_emu.autopilot.topics import (
     SensorBaro,
     SensorCombined,
     SensorGps,
+    SensorImu,
     SensorMag,
     SensorsStatusImu,
     SystemPower,
@@ -63,17 +64,19 @@ def vehicle_imu(pack: Pack, record: SensorCombined) -> bytes:
     return pack(time_us, time_us, *ids, *angles, *velocities, *times, 0, 0, *calibrations)
 
 
-def _raw(topic: str, of: Callable[[SensorCombined], Sequence[float]]) -> Row:
+def _raw(topic: str, of: Callable[[SensorImu], Sequence[float]]) -> Row:
+    """One sample as the driver tells it."""
+
     @row(topic)
-    def raw(pack: Pack, record: SensorCombined) -> bytes:
+    def raw(pack: Pack, record: SensorImu) -> bytes:
         time_us = record.timestamp
         return pack(time_us, time_us, SIMULATED_IMU, *of(record), IMU_TEMPERATURE_C, 0, 0, 0, 0, 1)
 
     return raw
 
 
-sensor_gyro = _raw("sensor_gyro", lambda record: record.gyro_rad_s)
-sensor_accel = _raw("sensor_accel", lambda record: record.accelerometer_m_s2)
+sensor_gyro = _raw("sensor_gyro", lambda record: record.raw_gyro_rad_s)
+sensor_accel = _raw("sensor_accel", lambda record: record.raw_accelerometer_m_s2)
 vehicle_imu_status = by_name(
     "vehicle_imu_status",
     VehicleImuStatus,
@@ -121,8 +124,8 @@ def vehicle_air_data(pack: Pack, record: VehicleAirData) -> bytes:
 @row("sensor_baro")
 def sensor_baro(pack: Pack, record: SensorBaro) -> bytes:
     """The barometer's own reading."""
-    time_us, pressure, _, temperature = record
-    return pack(time_us, time_us, SIMULATED_BAROMETER, pressure, temperature, 0)
+    time_us = record.timestamp
+    return pack(time_us, time_us, SIMULATED_BAROMETER, record.raw_pa, record.temperature_c, 0)
 
 
 @row("vehicle_magnetometer")
@@ -135,7 +138,7 @@ def vehicle_magnetometer(pack: Pack, record: VehicleMagnetometer) -> bytes:
 @row("sensor_mag")
 def sensor_mag(pack: Pack, record: SensorMag) -> bytes:
     """The magnetometer's own reading; its temperature is not known."""
-    return pack(record.timestamp, record.timestamp, SIMULATED_MAGNETOMETER, *record.magnetometer_ga, NAN, 0)
+    return pack(record.timestamp, record.timestamp, SIMULATED_MAGNETOMETER, *record.raw_ga, NAN, 0)
 
 
 def gps(topic: str) -> Row:
