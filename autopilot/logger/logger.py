@@ -85,6 +85,8 @@ class Logger:
         self._root, self._unix_us_of_boot = root, unix_us_of_boot
         self._mode = int(parameters["SDLOG_MODE"])
         self._backend = int(parameters["SDLOG_BACKEND"])
+        self._profile = int(parameters["SDLOG_PROFILE"])
+        """Asked at the start of PX4, not at a log's (Logger::initialize_topics, logger.cpp:609)."""
         self.file: LogFile | None = None
         """The log that is being written."""
         self.stream: LogStream | None = None
@@ -283,9 +285,8 @@ class Logger:
         """Subscribe anew. What was logged before and is not told again since is not in the new log, as in PX4's, whose
         subscriptions outlive a log; a state that it publishes again and again is.
         """
-        parameters = self._parameters
         logged = {(each.name, each.instance): each.last for each in self._subscriptions}
-        topics = self.topics(int(parameters["SDLOG_PROFILE"]))
+        topics = self.topics(self._profile)
         groups: dict[tuple[int, bool, bool], dict[Subscription, LoggedTopic]] = {}
         self._subscriptions, every_tick = [], []
         for topic in topics:

@@ -406,3 +406,16 @@ def test_raw_sensors_are_logged_as_their_drivers_tell_them(tmp_path: Path) -> No
     assert last("sensor_combined", "gyro_rad[2]") == pytest.approx([0.2])
     assert last("vehicle_magnetometer", "magnetometer_ga[1]") == pytest.approx([-0.05])
     assert last("vehicle_air_data", "baro_pressure_pa") == pytest.approx([95_450.0])
+
+
+def test_another_profile_counts_from_the_next_start_on(tmp_path: Path) -> None:
+    """Logger::run reads it once (logger.cpp:609)."""
+    rig = Rig(tmp_path, SDLOG_PROFILE=1)
+    rig.run(0.1)
+    rig.parameters.set("SDLOG_PROFILE", 3)
+    rig.arm()
+    for _ in range(250):
+        rig.topics.ekf2_timestamps = Ekf2Timestamps(rig.now_us + TICK_US)
+        rig.run(TICK_US * 1e-6)
+    rig.logger.shut_down()
+    assert "sensor_combined" in names(rig.read(FIRST)) and "ekf2_timestamps" not in names(rig.read(FIRST))
