@@ -1,5 +1,10 @@
 """Everything of a log up to its first data: who wrote it, formats, parameters with their defaults, events' texts,
 subscriptions (PX4: Logger::start_log_file).
+
+Of PX4's facts those are left out that would be invented: the compiler (sys_toolchain, sys_toolchain_ver) and the branch
+of the source (ver_sw_branch), of which there is none, and the topics that its logger did not find at its start
+(excluded_optional_topic_ids, numbers of its build). So is the release of the operating system (sys_os_ver_release): the
+same seed gives the same log on every machine.
 """
 
 import hashlib
@@ -31,14 +36,14 @@ def messages(
         ulog.file_header(now_us),
         ulog.FLAG_BITS,
         ulog.information("ver_sw", VERSION),
-        ulog.information("ver_sw_release", SOFTWARE_RELEASE),
-        ulog.information("ver_vendor_sw_release", NO_VENDOR_RELEASE),
+        ulog.information("ver_sw_release", SOFTWARE_RELEASE, "uint32_t"),
+        ulog.information("ver_vendor_sw_release", NO_VENDOR_RELEASE, "uint32_t"),
         ulog.information("ver_hw", "PX4_SITL"),
         ulog.information("sys_name", "PX4"),
         ulog.information("sys_os_name", "Linux"),
-        ulog.information("ver_data_format", DATA_FORMAT),
+        ulog.information("ver_data_format", DATA_FORMAT, "uint32_t"),
         ulog.information("time_ref_utc", offset_min * 60),
-        ulog.information("boot_time_utc_us", boot_unix_us + offset_min * 60_000_000),
+        ulog.information("boot_time_utc_us", boot_unix_us + offset_min * 60_000_000, "uint64_t"),
         ulog.information_multiple("boot_console_output", f"{VERSION} stands for PX4 v1.18.0\n"),
     ]
     found += packing.definitions([name for _, name, _ in subscriptions])

@@ -7,7 +7,7 @@ parameters), then subscriptions, data, texts and sync marks in the order of time
 import struct
 from collections.abc import Mapping
 
-from sitl_emu.core.c_types import STRUCT_CODES
+from sitl_emu.core.c_types import STRUCT_CODES, Layout
 
 Field = tuple[str, str]
 """ULog type and name of a field, as ("float[4]", "q")."""
@@ -47,9 +47,9 @@ def format_definition(name: str, fields: tuple[Field, ...]) -> bytes:
     return message("F", f"{name}:{text}".encode())
 
 
-def information(name: str, value: str | int) -> bytes:
-    """A fact about the whole log; a number is an int32_t (uint32_t or uint64_t if it does not fit)."""
-    key, packed = _information_value(name, value)
+def information(name: str, value: str | int, kind: str = "int32_t") -> bytes:
+    """A fact about the whole log; `kind` is a number's type."""
+    key, packed = _information_value(name, value, kind)
     return message("I", bytes((len(key),)) + key + packed)
 
 
@@ -113,15 +113,11 @@ def codes(fields: tuple[Field, ...], formats: Mapping[str, tuple[Field, ...]]) -
     return found
 
 
-def _information_value(name: str, value: str | int) -> tuple[bytes, bytes]:
+def _information_value(name: str, value: str | int, kind: str) -> tuple[bytes, bytes]:
     if isinstance(value, str):
         encoded = value.encode()
         return f"char[{len(encoded)}] {name}".encode(), encoded
-    if -(1 << 31) <= value < 1 << 31:
-        return f"int32_t {name}".encode(), struct.pack("<i", value)
-    if value < 1 << 32:
-        return f"uint32_t {name}".encode(), struct.pack("<I", value & 0xFFFFFFFF)
-    return f"uint64_t {name}".encode(), struct.pack("<Q", value)
+    return f"{kind} {name}".encode(), Layout(STRUCT_CODES[kind]).pack(value)
 
 
 def _parameter_value(name: str, value: float | int, is_float: bool) -> tuple[bytes, bytes]:

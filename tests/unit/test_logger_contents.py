@@ -100,6 +100,10 @@ def test_what_a_log_says_of_who_wrote_it(tmp_path: Path) -> None:
         "sys_name": "PX4",
         "sys_os_name": "Linux",
     }
+    written = (tmp_path / "log" / FIRST).read_bytes()
+    for name in ("ver_sw_release", "ver_vendor_sw_release", "ver_data_format"):
+        assert f"uint32_t {name}".encode() in written
+    assert b"int32_t time_ref_utc" in written and b"uint64_t boot_time_utc_us" in written
 
 
 def test_values_arrive_under_px4s_names(tmp_path: Path) -> None:

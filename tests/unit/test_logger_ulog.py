@@ -23,7 +23,7 @@ def test_header_flags_and_information() -> None:
     found = log(
         ulog.information("sys_name", "PX4"),
         ulog.information("time_ref_utc", -3600),
-        ulog.information("ver_sw_release", 0xFFFFFFFF),
+        ulog.information("ver_sw_release", 0xFFFFFFFF, "uint32_t"),
         ulog.information_multiple("boot_console_output", "x" * 500),
         ulog.information_multiple("boot_console_output", "second"),
     )
