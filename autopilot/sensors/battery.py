@@ -108,6 +108,7 @@ class Battery:
             voltage_prediction=estimator.prediction_v,
             prediction_error=estimator.error_v,
             estimation_covariance_norm=estimator.covariance_norm,
+            capacity=int(max(float(self._parameters["BAT1_CAPACITY"]), 0.0)),
         )
 
     def _charge(self, now_us: int, previous: BatteryStatus, drawn_mah: float, dt_s: float) -> float:

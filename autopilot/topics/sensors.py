@@ -211,6 +211,8 @@ class BatteryStatus(NamedTuple):
     estimation_covariance_norm: float = NAN
     id: int = 1
     """Counted from 1; 0 of a battery that MAVLink told of (MavlinkReceiver::handle_message_battery_status)."""
+    capacity: int = 0
+    """mAh; 0 where nobody knows it."""
 
 
 class GroundTruth(NamedTuple):

@@ -7,6 +7,8 @@ from itertools import pairwise
 import pytest
 
 from sitl_emu import vehicles
+from sitl_emu.autopilot.logger.packing import unpacked
+from sitl_emu.autopilot.logger.rows.sensors import battery_status
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
 from sitl_emu.autopilot.sensors.sensors import Sensors, altitude_m
@@ -224,6 +226,18 @@ def test_the_charge_of_a_known_capacity_is_fused_with_what_was_drawn(
         if tick == 10:
             assert topics.battery_status.remaining == pytest.approx(percent * 1e-2)
     assert topics.battery_status.remaining == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "capacity", "logged"), [(-1.0, 0, 0), (4200.0, 4200, 4200), (70e3, 70_000, 4464)]
+)
+def test_a_battery_tells_the_capacity_that_it_was_given(parameter: float, capacity: int, logged: int) -> None:
+    """Battery::getBatteryStatus; the field has 16 bits."""
+    reader, topics = sensors(BAT1_CAPACITY=parameter)
+    reader.update([IMU, SimulatedBattery(15000, 1000, 90)])
+    assert topics.battery_status.capacity == capacity
+    told = {name: value for _, name, value in unpacked("battery_status", battery_status(topics.battery_status))}
+    assert told["capacity"] == logged
 
 
 def test_the_time_that_remains() -> None:

@@ -190,7 +190,7 @@ battery_status = by_name(
         "temperature": "temperature_c",
         "remaining_capacity_wh": NAN,
         "nominal_voltage": NAN,
-        **zeros("full_charge_capacity_wh", "capacity", "cycle_count", "average_time_to_empty", "manufacture_date"),
+        **zeros("full_charge_capacity_wh", "cycle_count", "average_time_to_empty", "manufacture_date"),
         **zeros("state_of_health", "max_error", "interface_error", "faults", "over_discharge_count", "source"),
         **zeros("priority", "is_powering_off", "is_required"),
     },
