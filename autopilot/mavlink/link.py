@@ -28,6 +28,11 @@ NEVER_RESTS_US: Final = 40_000
 WINDOW_US: Final = 40_000
 """Streams are looked through this often for those that are due before the next time; the others wait unseen."""
 NEVER_US: Final = 1 << 62
+SHORTEST_INTERVAL_US: Final = 450
+"""What is below it and above 0 is never due: the slack that PX4 takes off an interval, three tenths of the main loop's
+1.5 ms, makes an unsigned number of it, which wraps (MavlinkStream::update)."""
+SHORTEST_WHERE_LIMITED_US: Final = 38
+"""The same on a link with a limit: the loop takes 2.5 ms there, and such intervals become twenty times as long."""
 RESCALE_US: Final = 1_000_000
 """How often a link looks at what it sends, and a limited one adapts to it."""
 MAX_REMOTE_COMPONENTS: Final = 16
@@ -61,7 +66,7 @@ class ScheduledStream:
     __slots__ = ("due_us", "interval_us", "nominal_us", "parts", "requested_us", "stream")
 
     def __init__(self, stream: Schedulable, interval_us: int, due_us: int) -> None:
-        self.stream, self.requested_us, self.interval_us = stream, interval_us, interval_us
+        self.stream, self.requested_us, self.interval_us = stream, interval_us, max(0, interval_us)
         self.nominal_us = self.due_us = due_us
         self.parts = 1
         """Messages that it sent the last time; 0 if it had nothing to say."""
@@ -199,11 +204,14 @@ class Link:
     def schedule(self, now_us: int, stream: Schedulable, interval_us: int) -> None:
         """Send a stream every `interval_us` (0: as often as it has something new), counted from its last message.
 
-        One that did not run yet counts from now on. 1 µs is accepted and sends nothing, as in PX4.
+        One that did not run yet counts from now on. A negative interval, too, is none; too short ones are accepted and
+        send nothing, as in PX4.
         """
         running = self._schedule.get(stream.codec.id)
-        last_us = now_us if running is None or running.interval_us == 1 else running.nominal_us - running.interval_us
-        first_us = NEVER_US if interval_us == 1 else last_us + interval_us
+        is_new = running is None or running.nominal_us == NEVER_US
+        last_us = now_us if running is None or is_new else running.nominal_us - running.interval_us
+        shortest_us = SHORTEST_WHERE_LIMITED_US if self._limit_bytes_per_s else SHORTEST_INTERVAL_US
+        first_us = NEVER_US if 0 < interval_us < shortest_us else last_us + max(0, interval_us)
         self._schedule[stream.codec.id] = ScheduledStream(stream, interval_us, first_us)
         self._look_again()
 
@@ -287,12 +295,12 @@ class Link:
         running = [
             (item.stream.name, item.stream.codec.size, item.parts * 1e6 / item.requested_us)
             for item in self._schedule.values()
-            if item.parts and item.requested_us
+            if item.parts and item.requested_us > 0
         ]
         self.rate_multiplier = multiplier = rates.multiplier(self._limit_bytes_per_s, running)
         for item in self._schedule.values():
             if item.stream.name not in rates.CONSTANT:
-                item.interval_us = round(item.requested_us / multiplier)
+                item.interval_us = round(max(0, item.requested_us) / multiplier)
 
     # --- in ----------------------------------------------------------------------------------------------
 

@@ -20,6 +20,26 @@ def test_an_interval_that_is_set_again_and_again_still_sends() -> None:
     assert count == pytest.approx(5, abs=1)
 
 
+@pytest.mark.parametrize(("interval_us", "sends"), [(1.0, False), (100.0, False), (448.0, False), (500.0, True)])
+def test_an_interval_shorter_than_its_slack_sends_nothing(interval_us: float, sends: bool) -> None:
+    """Three tenths of 1.5 ms, taken off in unsigned numbers (MavlinkStream::update); a real PX4 v1.18 was asked."""
+    peer = Peer()
+    peer.fly_and_run(1.0)
+    peer.send(command_long(SET_MESSAGE_INTERVAL, 30, interval_us))
+    assert bool(only(peer.fly_and_run(1.0), "ATTITUDE")) is sends
+    peer.send(command_long(SET_MESSAGE_INTERVAL, 30, 100_000.0))
+    assert only(peer.fly_and_run(1.0), "ATTITUDE"), "set anew it comes again"
+
+
+@pytest.mark.parametrize(("number", "result"), [(0.0, 4), (65536.0, 0), (16777215.0, 0), (float("nan"), 0)])
+def test_heartbeat_has_a_rate_under_another_number(number: float, result: int) -> None:
+    """0 is no message there, but of others 16 bits count (set_message_interval); a real PX4 v1.18 was asked."""
+    peer = Peer()
+    peer.fly_and_run(1.0)
+    assert only(peer.send(command_long(SET_MESSAGE_INTERVAL, number, 200_000.0)), "COMMAND_ACK")[0].result == result
+    assert (len(only(peer.fly_and_run(2.0), "HEARTBEAT")) > 4) is (result == 0)
+
+
 @pytest.mark.parametrize(
     ("number", "interval_us"),
     [

@@ -140,10 +140,13 @@ def numbers(message: Any) -> tuple[float, float, float, float, float, float, flo
 def vehicle_command(message: Any) -> VehicleCommand:
     """The command of a COMMAND_LONG or COMMAND_INT.
 
-    Infinite parameters count as not given (NaN), as they do wherever PX4 asks whether a number is finite.
+    Infinite parameters count as not given (NaN), as they do wherever PX4 asks whether a number is finite. It does not
+    ask that of an interval.
     """
     is_int = message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_INT
     first, second, third, fourth, fifth, sixth, seventh = map(finite_or_nan, numbers(message))
+    if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
+        second = message.param2
     return VehicleCommand(
         message.command,
         first,

@@ -1,7 +1,7 @@
 """SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL: change and ask the rate of a stream on the link of the command.
 
 As measured on PX4 v1.18 (interval/set/*) and in its MavlinkReceiver::set_message_interval: a negative interval stops a
-stream, 0 (or NaN) goes back to the link mode's default, HEARTBEAT's rate is fixed, a message without a stream FAILs,
+stream, 0 (or NaN) goes back to the link mode's default, message 0 is refused, a message without a stream FAILs,
 and so does a command with parameters that PX4 does not know (3, 4, and 7: where to send the answer). An interval goes
 by way of a rate in float32, which makes some a microsecond shorter. What is stopped that never ran is there from then
 on, without an interval (Mavlink::configure_stream), as what was requested once. REQUEST_DATA_STREAM has no effect.
@@ -25,7 +25,6 @@ STOPPED = -1
 DEFAULT = REQUESTED = 0
 SMALLEST_INTERVAL_US = 1e-5
 SMALLEST_HZ = 1e-6
-FIXED = frozenset({"HEARTBEAT"})
 NOT_CONFIGURABLE = frozenset({mavlink.MAVLINK_MSG_ID_CURRENT_EVENT_SEQUENCE, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT})
 """Sent by services in PX4, so that there is no stream to configure or to ask of."""
 
@@ -46,14 +45,16 @@ class MessageInterval:
             send_interval(link, message_id)
             return CommandResult(MAV_RESULT_ACCEPTED)
         known = not any(map(_is_set, (command.param3, command.param4, command.param7)))
-        accepted = known and self.set(now_us, message_id & 0xFFFF, _interval_us(command.param2), link)
+        accepted = known and message_id != 0 and self.set(now_us, message_id, _interval_us(command.param2), link)
         return CommandResult(MAV_RESULT_ACCEPTED if accepted else MAV_RESULT_FAILED)
 
     def set(self, now_us: int, message_id: int, interval_us: int, link: Link) -> bool:
         """Send a message every `interval_us` on a link (0: default, -1: never); whether it can be configured.
 
         Another negative one, of an interval that no int32 holds (36 minutes), sends whatever is new, as in PX4 on x86.
+        Of the number 16 bits count (get_stream_name), so that 65536 is HEARTBEAT, which 0 is not.
         """
+        message_id &= 0xFFFF
         if message_id == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
             was_there = link.statustext_interval_us != STOPPED
             link.statustext_interval_us = interval_us if interval_us > 0 else STOPPED if was_there else REQUESTED
@@ -61,7 +62,7 @@ class MessageInterval:
         table = mavlink.mavlink_map.get(message_id)
         name = "" if table is None else table.msgname
         stream, silent = self._stream(name), name in silent_streams.SILENT
-        if name in FIXED or message_id in NOT_CONFIGURABLE or (stream is None and not silent):
+        if message_id in NOT_CONFIGURABLE or (stream is None and not silent):
             return False
         was_there = message_id in link.requested_once or link.interval_us(message_id) is not None
         link.requested_once.discard(message_id)
@@ -73,21 +74,20 @@ class MessageInterval:
             stream.begin(now_us, link)
         if interval_us == STOPPED and not was_there:
             link.requested_once.add(message_id)
-        running_us = max(0, interval_us)
         if stream is None:
             link.silent_intervals_us.pop(message_id, None)
             if interval_us != STOPPED:
-                link.silent_intervals_us[message_id] = running_us
+                link.silent_intervals_us[message_id] = interval_us
         elif interval_us == STOPPED:
             link.unschedule(message_id)
         else:
-            link.schedule(now_us, stream, running_us)
+            link.schedule(now_us, stream, interval_us)
         return True
 
 
 def message_id_of(value: float) -> int:
     """The message that a parameter names, cut off as C does: half a message more than -1 is message 0."""
-    return truncated(value + 0.5)
+    return truncated(float32(value + 0.5))
 
 
 def _is_set(value: float) -> bool:
