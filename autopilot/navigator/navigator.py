@@ -105,6 +105,8 @@ class Navigator:
         (_wait_for_vehicle_status_timestamp)."""
         self._is_too_high = False
         self._published: tuple[object, ...] = ()
+        self._published_mode: tuple[object, ...] = ()
+        """Of it MISSION_STATE follows, which PX4 tells without publishing mission_result anew."""
 
     @property
     def fence_areas(self) -> tuple[Area, ...]:
@@ -299,14 +301,14 @@ class Navigator:
             self._state.mission_finished,
             self._state.mission_failure,
             self._state.finished,
-            status.nav_state,
-            status.armed,
         )
-        if told == self._published and mission.jumps.followed < 0:
+        mode = status.nav_state, status.armed
+        is_new = told != self._published or mission.jumps.followed >= 0
+        if not is_new and mode == self._published_mode:
             return
-        self._published = told
+        self._published, self._published_mode = told, mode
         self._topics.mission_result = MissionResult(
-            timestamp=now_us,
+            timestamp=now_us if is_new else self._topics.mission_result.timestamp,
             mission_id=plans.mission.opaque_id,
             geofence_id=plans.fence.opaque_id,
             rally_id=plans.rally.opaque_id,

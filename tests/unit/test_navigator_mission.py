@@ -348,3 +348,19 @@ def test_a_rover_never_reaches_a_landing() -> None:
     assert rover.reached == [-1, 0, 1, 2]
     assert rover.mode is NavState.AUTO_MISSION
     assert rover.armed
+
+
+def test_what_has_become_of_the_mission_is_not_told_anew_by_another_mode() -> None:
+    """PX4 publishes mission_result where the mission changes it (set_mission_result_updated), and not by arming."""
+    vehicle = uploaded(item(TAKEOFF, 0, 0, 8), item(WAYPOINT, 60, 0, 8))
+    before = vehicle.topics.mission_result
+    vehicle.set_mode(4, 5)
+    vehicle.run(0.5)
+    vehicle.set_mode(4, 3)
+    assert vehicle.arm() == 0
+    vehicle.run(0.5)
+    assert vehicle.topics.mission_result.timestamp == before.timestamp
+    vehicle.set_mode(4, 4)
+    run_until(vehicle, 0)
+    assert vehicle.topics.mission_result.timestamp > before.timestamp
+    assert mission_state(vehicle) == ACTIVE

@@ -90,12 +90,12 @@ class Analysis:
         self.ground_speed, self.wind_speed, self.throttle = Analyzer(), Analyzer(), Analyzer()
         self.temperature, self.remaining = Analyzer(), Analyzer()
         self.climb, self.eph, self.epv = Analyzer(True), Analyzer(True), Analyzer(True)
-        self._mission: Any = None
+        self._mission_us = -1
         self._updated_us, self._rate_hz = 0, 0.0
 
     def reset(self) -> None:
         """A message was made."""
-        self._mission = self._topics.mission_result
+        self._mission_us = self._topics.mission_result.timestamp
         for analyzer in (self.ground_speed, self.wind_speed, self.throttle, self.temperature):
             analyzer.reset()
         for analyzer in (self.remaining, self.climb, self.eph, self.epv):
@@ -104,7 +104,7 @@ class Analysis:
     def mission_item(self) -> int:
         """The current one, if anything has become of the mission since the last message."""
         mission = self._topics.mission_result
-        return UNKNOWN_ITEM if mission is self._mission else mission.seq_current
+        return UNKNOWN_ITEM if mission.timestamp == self._mission_us else mission.seq_current
 
     def update(self, now_us: int) -> None:
         """Take what is new. How often that is looks rare at first: the interval before the first is that from boot."""
