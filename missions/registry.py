@@ -119,6 +119,11 @@ def missions_of(names: Collection[str]) -> list[Mission]:
     return [one for one in whole().values() if not one.programs.keys().isdisjoint(names)]
 
 
+def modules_of(names: Collection[str]) -> list[str]:
+    """The modules of the missions whose programs bear these names."""
+    return [found()[name].module for name, one in whole().items() if not one.programs.keys().isdisjoint(names)]
+
+
 def _program(name: str) -> Program:
     for point in found():
         if name == point or name.startswith(f"{point}-"):

@@ -94,7 +94,7 @@ def keep(world: World, folder: Path) -> Path:
 
     Raises OSError.
     """
-    for name in _files(world):
+    for name in files(world):
         source, kept = world.folder / name, folder / _kept_name(name)
         kept.parent.mkdir(parents=True, exist_ok=True)
         if world.is_generated and name == world.description.terrain.file:
@@ -108,7 +108,7 @@ def keep(world: World, folder: Path) -> Path:
 
 def _check_files(world: World) -> None:
     """What World does not read, but cameras, the report and `keep`. Raises description.WorldError."""
-    _files(world)
+    files(world)
     if photo := world.description.ground.orthophoto:
         import cv2  # slow, for worlds with a photo alone
 
@@ -119,7 +119,7 @@ def _check_files(world: World) -> None:
             raise description.WorldError(f"ground.orthophoto: {path}: can't be read as a picture")
 
 
-def _files(world: World) -> list[str]:
+def files(world: World) -> list[str]:
     """What a world names, and what that names. Raises description.WorldError."""
     described = world.description
     named = [described.ground.orthophoto, described.terrain.file]

@@ -41,10 +41,10 @@ def result(arm: str, seed: int, outcome: str = "success", **figures: Any) -> Res
 
 
 def test_a_campaigns_folder_is_found_again_by_what_it_flies(tmp_path: Path, arms: list[Arm]) -> None:
-    identity = store.identity_of("two", 1, arms)
-    assert identity.digest == store.identity_of("two", 1, arms).digest
-    assert identity.digest != store.identity_of("two", 2, arms).digest
-    assert identity.digest != store.identity_of("two", 1, arms[:2]).digest
+    identity = store.identity_of("two", 1, arms, {})
+    assert identity.digest == store.identity_of("two", 1, arms, {}).digest
+    assert identity.digest != store.identity_of("two", 2, arms, {}).digest
+    assert identity.digest != store.identity_of("two", 1, arms[:2], {}).digest
     with store.opened(tmp_path / "c", identity, arms) as kept:
         kept.keep(result(arms[0].name, 1, rmse_m=0.5))
         assert kept.kept(arms[0].name, 1) == result(arms[0].name, 1, rmse_m=0.5)
@@ -60,7 +60,7 @@ def test_a_campaigns_folder_is_found_again_by_what_it_flies(tmp_path: Path, arms
 
 
 def test_another_campaigns_folder_a_strangers_and_one_in_use_are_refused(tmp_path: Path, arms: list[Arm]) -> None:
-    identity, folder = store.identity_of("two", 1, arms), tmp_path / "c"
+    identity, folder = store.identity_of("two", 1, arms, {}), tmp_path / "c"
     with store.opened(folder, identity, arms):
         pass
     with pytest.raises(Trouble, match=r"holds another campaign \(seed differ\); name a new one with --out"):
@@ -264,7 +264,7 @@ def test_the_report_has_shares_figures_pairs_what_is_wanted_and_every_run(tmp_pa
     assert len(sections["Success"].parts) == 3, "a table, a plot of the arms, and one over the three winds"
     pairs = sections["Beside “north_m_s=0”, seed by seed"].parts[0]
     assert isinstance(pairs, Table) and ("rmse_m", "north_m_s=8", 7, "+2", None, "") in pairs.rows
-    identity = store.identity_of("two", 1, arms)
+    identity = store.identity_of("two", 1, arms, {})
     with store.opened(tmp_path / "c", identity, arms) as kept:
         page = report.write(kept, outcome, report.sections_of(outcome)).read_text()
     assert "7 runs ✗" in page and "its evaluation failed" in page and "KeyError" in page
@@ -274,7 +274,7 @@ def test_the_report_has_shares_figures_pairs_what_is_wanted_and_every_run(tmp_pa
 
 def test_a_campaign_of_nothing_has_a_report_too(tmp_path: Path, arms: list[Arm]) -> None:
     outcome = report.Outcome("two", {arm.name: arm for arm in arms}, [], 3, ["all killed"], [])
-    with store.opened(tmp_path / "c", store.identity_of("two", 1, arms), arms) as kept:
+    with store.opened(tmp_path / "c", store.identity_of("two", 1, arms, {}), arms) as kept:
         assert "0 of 3 runs" in report.write(kept, outcome, report.sections_of(outcome)).read_text()
 
 

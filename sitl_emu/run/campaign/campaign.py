@@ -21,7 +21,7 @@ from sitl_emu.missions.companion.swarm.key import MOST_SEED
 from sitl_emu.missions.mission import Mission
 from sitl_emu.missions.reporting import Section, Table
 from sitl_emu.run import checks, preflight
-from sitl_emu.run.campaign import dask_pool, pools, store
+from sitl_emu.run.campaign import dask_pool, inputs, pools, store
 from sitl_emu.run.campaign.arms import Arm, arms_of, variation
 from sitl_emu.run.campaign.flight import Job, Keep, Result
 from sitl_emu.run.campaign.pools import Pool
@@ -67,10 +67,12 @@ def campaign(wanted: Wanted, console: Console) -> int:
         raise Trouble(
             f"campaign: --runs {wanted.runs} from seed {seed} on: the largest is {MOST_SEED}; take a smaller --seed"
         )
-    isolated = _checked(arms, seed, path, wanted)
-    identity = store.identity_of(path.stem, seed, arms)
+    isolated, contents = _checked(arms, seed, path, wanted)
+    identity = store.identity_of(path.stem, seed, arms, contents)
     folder = wanted.out or Path("runs") / f"campaign-{path.stem}-{identity.digest}"
     with store.opened(folder, identity, arms) as kept:
+        if kept.doubt:
+            _say(console, f"sitl-emu: {kept.doubt}")
         wanted_runs = [(arm, seed + number) for number in range(wanted.runs) for arm in arms]
         jobs = [
             Job(arm.name, one, arm.data, str(kept.run_folder(arm.name, one)), isolated, wanted.keep)
@@ -98,19 +100,22 @@ def _expect_extras() -> None:
             raise Trouble(f"campaign: its {what} need {module}: pip install 'sitl-emu[campaign]'")
 
 
-def _checked(arms: Sequence[Arm], seed: int, path: Path, wanted: Wanted) -> bool:
-    """Whether runs keep to themselves. Raises Trouble for an arm that can't be flown, before any is."""
+def _checked(arms: Sequence[Arm], seed: int, path: Path, wanted: Wanted) -> tuple[bool, dict[str, str]]:
+    """Whether runs keep to themselves, and hashes of what they read; Trouble for an arm that can't be flown."""
     commands = [vehicle.name for arm in arms for vehicle in arm.scenario.vehicles if _by_command(vehicle)]
     if commands and (wanted.dask is not None or (wanted.workers or 1) > 1):
         raise Trouble(
             f"campaign: {commands[0]} has a command as its autopilot or companion, which finds its vehicle by PX4's "
             "ports: such runs can't go on side by side; leave out --dask and --workers"
         )
+    files, programs = set[Path](), set[str]()
     for arm in arms:
         # a copy: checks let missions prepare their options
-        checks.check(arm.scenario.model_copy(deep=True), seed, path.with_name(f"{path.name} ({arm.name})"))
+        world = checks.check(arm.scenario.model_copy(deep=True), seed, path.with_name(f"{path.name} ({arm.name})"))
         preflight.check(arm.scenario, 0, isolated=not commands)
-    return not commands
+        files |= inputs.files_of(arm.scenario, world)
+        programs |= inputs.programs_of(arm.scenario)
+    return not commands, inputs.contents(files, programs)
 
 
 def _by_command(vehicle: object) -> bool:

@@ -1,6 +1,6 @@
 """A campaign's folder: what it is, which of its runs are there, and who works in it.
 
-campaign.json               the arms and the first seed: what makes a campaign the same
+campaign.json               the arms and the first seed: what makes a campaign the same; hashes of what its runs read
 arms/ARM.yaml               an arm's scenario, which `sitl-emu run` flies too
 results/ARM/seed-S.json     a run's summary, written at once or not at all
 runs/ARM/seed-S/            a run's folder
@@ -26,6 +26,7 @@ from sitl_emu.run.campaign.flight import Result, part_prefix
 from sitl_emu.run.trouble import Trouble, unwritable
 
 IDENTITY, LOCK = "campaign.json", ".lock"
+CONTENTS = "contents"
 
 
 class Identity(NamedTuple):
@@ -38,16 +39,19 @@ class Identity(NamedTuple):
     """Of each arm's first run."""
     arms: Mapping[str, Any]
     """Scenarios, as files have them, by the arm's name."""
+    contents: Mapping[str, str]
+    """Hashes of what its runs read beside these (`inputs.py`)."""
 
     @property
     def digest(self) -> str:
-        """Short, for a folder's name."""
-        return hashlib.sha256(json.dumps(self._asdict(), sort_keys=True).encode()).hexdigest()[:8]
+        """Short, for a folder's name: the same when files have changed, so that the folder is found, and says so."""
+        named = {field: value for field, value in self._asdict().items() if field != CONTENTS}
+        return hashlib.sha256(json.dumps(named, sort_keys=True).encode()).hexdigest()[:8]
 
 
-def identity_of(name: str, seed: int, arms: Sequence[Arm]) -> Identity:
+def identity_of(name: str, seed: int, arms: Sequence[Arm], contents: Mapping[str, str]) -> Identity:
     """The identity of a campaign."""
-    return Identity(name, __version__, seed, {arm.name: arm.data for arm in arms})
+    return Identity(name, __version__, seed, {arm.name: arm.data for arm in arms}, contents)
 
 
 class Store:
@@ -55,6 +59,8 @@ class Store:
 
     def __init__(self, folder: Path, arms: Sequence[Arm]) -> None:
         self.folder = folder
+        self.doubt = ""
+        """What is to be said of the runs that are there."""
         self._slugs = {arm.name: arm.slug for arm in arms}
 
     def run_folder(self, arm: str, seed: int) -> Path:
@@ -98,7 +104,7 @@ def opened(folder: Path, identity: Identity, arms: Sequence[Arm]) -> Iterator[St
             raise Trouble(f"{folder}: another campaign is at work there; wait for it, or name another --out") from None
         store = Store(folder, arms)
         if IDENTITY in there:
-            _expect(folder, identity)
+            store.doubt = _expect(folder, identity)
         elif there:
             raise Trouble(f"--out {folder}: this folder is not empty and holds no campaign; name a new one")
         write_whole(folder / IDENTITY, json.dumps(identity._asdict(), indent=1) + "\n")
@@ -108,17 +114,27 @@ def opened(folder: Path, identity: Identity, arms: Sequence[Arm]) -> Iterator[St
         yield store
 
 
-def _expect(folder: Path, identity: Identity) -> None:
-    """Raise Trouble where a folder holds another campaign."""
+def _expect(folder: Path, identity: Identity) -> str:
+    """Raise Trouble where a folder holds another campaign, or runs that have read other files; what is in doubt."""
     try:
         there = json.loads((folder / IDENTITY).read_text())
     except (OSError, ValueError):
         raise Trouble(f"{folder / IDENTITY}: can't be read; name another folder with --out") from None
     # through JSON, as what lies there was
     wanted = json.loads(json.dumps(identity._asdict()))
-    differs = [field for field in wanted if not isinstance(there, dict) or there.get(field) != wanted[field]]
+    there = there if isinstance(there, dict) else {}
+    differs = [field for field in wanted if field != CONTENTS and there.get(field) != wanted[field]]
     if differs:
         raise Trouble(f"{folder} holds another campaign ({' and '.join(differs)} differ); name a new one with --out")
+    before, now = there.get(CONTENTS), wanted[CONTENTS]
+    if not isinstance(before, dict):
+        return f"{folder} was begun by a sitl-emu that kept no hashes: whether files have changed since can't be told"
+    if changed := [name for name in {**before, **now} if before.get(name) != now.get(name)]:
+        what = f"{changed[-1]} has" if len(changed) == 1 else f"{changed[-1]} and {len(changed) - 1} more have"
+        raise Trouble(
+            f"{folder}: {what} changed since its runs were flown: put back what was, or name a new folder with --out"
+        )
+    return ""
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
