@@ -89,8 +89,8 @@ def test_a_campaign_whose_files_were_edited_is_refused_with_the_one_that_was(
 ) -> None:
     arms, before = read(site)
     folder = site / "c"
-    with store.opened(folder, store.identity_of("own", 1, arms, before), arms):
-        pass
+    with store.opened(folder, store.identity_of("own", 1, arms, before), arms) as kept:
+        kept.keep(Result(arms[0].name, 1, {"outcome": "success"}))
     edit(site)
     _, after = read(site)
     again = store.identity_of("own", 1, arms, after)
@@ -150,11 +150,21 @@ def test_a_folder_from_before_hashes_were_kept_goes_on_with_a_word_of_doubt(site
         assert kept.doubt == ""
 
 
-def test_the_command_itself_says_so_before_anything_is_flown(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_changes_before_a_run_is_there_changes_nothing(site: Path) -> None:
+    arms, before = read(site)
+    for contents in (before, {**before, "sitl-emu's own code": "another"}):
+        with store.opened(site / "c", store.identity_of("own", 1, arms, contents), arms) as kept:
+            assert kept.doubt == ""
+
+
+def campaign(site: Path, monkeypatch: pytest.MonkeyPatch, runs: int, during: Callable[[], None]) -> tuple[int, str]:
+    """Exit status and what is said of a campaign whose runs come to something at once; `during`: each."""
+
     @contextlib.contextmanager
     def opened(_workers: int) -> Iterator[Pool]:
         def submit(job: Job) -> "Future[Result]":
             future = Future[Result]()
+            during()
             future.set_result(Result(job.arm, job.seed, {"outcome": "success"}))
             return future
 
@@ -164,9 +174,20 @@ def test_the_command_itself_says_so_before_anything_is_flown(site: Path, monkeyp
     monkeypatch.chdir(site)
     vehicle = {"name": "uas", "model": "iris"}
     Path("own.yaml").write_text(yaml.safe_dump({"name": "own", "world": "yard.yaml", "vehicles": [vehicle]}))
-    assert CliRunner().invoke(app, ["campaign", "own.yaml", "--runs", "1"]).exit_code == 0
+    done = CliRunner().invoke(app, ["campaign", "own.yaml", "--runs", str(runs)])
+    return done.exit_code, " ".join(done.output.split())
+
+
+def test_the_command_itself_says_so_before_anything_is_flown(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert campaign(site, monkeypatch, 1, lambda: None)[0] == 0
     edited("rock.obj", "v 0 0 1", "v 0 0 2")(site)
-    done = CliRunner().invoke(app, ["campaign", "own.yaml", "--runs", "2"])
-    assert done.exit_code == 2 and "rock.obj has changed since its runs were flown" in " ".join(done.output.split())
+    status, text = campaign(site, monkeypatch, 2, lambda: pytest.fail("flown"))
+    assert status == 2 and "rock.obj has changed since its runs were flown" in text
     edited("rock.obj", "v 0 0 2", "v 0 0 1")(site)
-    assert CliRunner().invoke(app, ["campaign", "own.yaml", "--runs", "2"]).exit_code == 0
+    assert campaign(site, monkeypatch, 2, lambda: None)[0] == 0
+
+
+def test_what_changes_while_runs_are_flown_is_said_at_the_end(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    status, text = campaign(site, monkeypatch, 1, lambda: edited("rock.obj", "v 0 0 1", "v 0 0 2")(site))
+    assert status == 1 and "1 of 1 runs are there" in text
+    assert "rock.obj has changed while runs were flown, which have read the one or the other: begin again" in text

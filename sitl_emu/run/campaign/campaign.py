@@ -5,10 +5,11 @@ seeds, and for each through the arms, so that arms grow evenly.
 """
 
 import contextlib
+import functools
 import importlib.util
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from pathlib import Path
 from types import FrameType
@@ -35,8 +36,10 @@ NEEDED = {"scipy": "intervals", "arro3.io": "Parquet"}
 EXIT_WHOLE, EXIT_PART, EXIT_STOPPED = 0, 1, 130
 """130 as shells have it for Ctrl-C."""
 STOPPED = "stopped; the same command goes on"
+AGAIN = "begin again in a new folder, with --out"
 LOOK_S = 0.5
 """How often Ctrl-C is looked for."""
+Look = Callable[[], Mapping[str, str]]
 
 
 class Wanted(NamedTuple):
@@ -67,8 +70,8 @@ def campaign(wanted: Wanted, console: Console) -> int:
         raise Trouble(
             f"campaign: --runs {wanted.runs} from seed {seed} on: the largest is {MOST_SEED}; take a smaller --seed"
         )
-    isolated, contents = _checked(arms, seed, path, wanted)
-    identity = store.identity_of(path.stem, seed, arms, contents)
+    isolated, look = _checked(arms, seed, path, wanted)
+    identity = store.identity_of(path.stem, seed, arms, look())
     folder = wanted.out or Path("runs") / f"campaign-{path.stem}-{identity.digest}"
     with store.opened(folder, identity, arms) as kept:
         if kept.doubt:
@@ -82,11 +85,13 @@ def campaign(wanted: Wanted, console: Console) -> int:
         planned = f"{_count(len(wanted_runs), 'run')} in {_count(len(arms), 'arm')}"
         _say(console, f"{planned}, {len(wanted_runs) - len(jobs)} there; {folder}")
         missing = _flown(jobs, wanted, kept, console, len(wanted_runs)) if jobs else []
+        if jobs and (changed := store.changed(identity.contents, look())):
+            missing.append(f"{changed} changed while runs were flown, which have read the one or the other: {AGAIN}")
         there = [result for arm, one in wanted_runs if (result := kept.kept(arm.name, one)) is not None]
         _conclude(kept, identity.name, arms, there, len(wanted_runs), missing, console)
     if STOPPED in missing:
         return EXIT_STOPPED
-    return EXIT_WHOLE if len(there) == len(wanted_runs) else EXIT_PART
+    return EXIT_WHOLE if len(there) == len(wanted_runs) and not missing else EXIT_PART
 
 
 def _count(number: int, what: str) -> str:
@@ -100,8 +105,8 @@ def _expect_extras() -> None:
             raise Trouble(f"campaign: its {what} need {module}: pip install 'sitl-emu[campaign]'")
 
 
-def _checked(arms: Sequence[Arm], seed: int, path: Path, wanted: Wanted) -> tuple[bool, dict[str, str]]:
-    """Whether runs keep to themselves, and hashes of what they read; Trouble for an arm that can't be flown."""
+def _checked(arms: Sequence[Arm], seed: int, path: Path, wanted: Wanted) -> tuple[bool, Look]:
+    """Whether runs keep to themselves, and how to look at what they read. Trouble for an arm that can't be flown."""
     commands = [vehicle.name for arm in arms for vehicle in arm.scenario.vehicles if _by_command(vehicle)]
     if commands and (wanted.dask is not None or (wanted.workers or 1) > 1):
         raise Trouble(
@@ -115,7 +120,7 @@ def _checked(arms: Sequence[Arm], seed: int, path: Path, wanted: Wanted) -> tupl
         preflight.check(arm.scenario, 0, isolated=not commands)
         files |= inputs.files_of(arm.scenario, world)
         programs |= inputs.programs_of(arm.scenario)
-    return not commands, inputs.contents(files, programs)
+    return not commands, functools.partial(inputs.contents, files, programs)
 
 
 def _by_command(vehicle: object) -> bool:

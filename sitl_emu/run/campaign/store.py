@@ -25,7 +25,7 @@ from sitl_emu.run.campaign.arms import Arm
 from sitl_emu.run.campaign.flight import Result, part_prefix
 from sitl_emu.run.trouble import Trouble, unwritable
 
-IDENTITY, LOCK = "campaign.json", ".lock"
+IDENTITY, LOCK, RESULTS = "campaign.json", ".lock", "results"
 CONTENTS = "contents"
 
 
@@ -69,7 +69,7 @@ class Store:
 
     def result_file(self, arm: str, seed: int) -> Path:
         """Where a run's result is, or will be."""
-        return self.folder / "results" / self._slugs[arm] / f"seed-{seed}.json"
+        return self.folder / RESULTS / self._slugs[arm] / f"seed-{seed}.json"
 
     def keep(self, result: Result) -> None:
         """Write a result. Raises Trouble."""
@@ -126,15 +126,23 @@ def _expect(folder: Path, identity: Identity) -> str:
     differs = [field for field in wanted if field != CONTENTS and there.get(field) != wanted[field]]
     if differs:
         raise Trouble(f"{folder} holds another campaign ({' and '.join(differs)} differ); name a new one with --out")
-    before, now = there.get(CONTENTS), wanted[CONTENTS]
-    if not isinstance(before, dict):
+    if not any((folder / RESULTS).rglob("*.json")):
+        return ""
+    if not isinstance(before := there.get(CONTENTS), dict):
         return f"{folder} was begun by a sitl-emu that kept no hashes: whether files have changed since can't be told"
-    if changed := [name for name in {**before, **now} if before.get(name) != now.get(name)]:
-        what = f"{changed[-1]} has" if len(changed) == 1 else f"{changed[-1]} and {len(changed) - 1} more have"
+    if what := changed(before, identity.contents):
         raise Trouble(
             f"{folder}: {what} changed since its runs were flown: put back what was, or name a new folder with --out"
         )
     return ""
+
+
+def changed(before: Mapping[str, str], now: Mapping[str, str]) -> str:
+    """What of that which runs read "has" or "have" changed, a file of one's own rather than code; empty for nothing."""
+    names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
+    if len(names) > 1:
+        return f"{names[-1]} and {len(names) - 1} more have"
+    return f"{names[0]} has" if names else ""
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
