@@ -1,12 +1,13 @@
 """The logger: when a log begins and ends, and what goes into it (PX4: src/modules/logger/logger.cpp).
 
 SDLOG_MODE says when a file is written: 0 from arming to disarming, 1 from boot to the first disarming and from then on
-as 0, 2 from boot to shutdown, 4 from the first arming to shutdown. `on` and `off` are the shell's `logger on|off`: on
-is as good as armed, off takes that back and ends nothing that was begun otherwise.
+as 0, 2 from boot to shutdown, 3 while the first auxiliary stick is up, 4 from the first arming to shutdown. `on` and
+`off` are the shell's `logger on|off`: on is as good as armed, off takes that back and ends nothing that was begun
+otherwise.
 SDLOG_BACKEND allows files (1) and streaming over MAVLink (2), which a client starts whenever it likes. What is logged
 says logged_topics.py. While nothing is logged, a tick costs a comparison.
 
-Left out: SDLOG_MODE 3 (an auxiliary stick), the mission log (SDLOG_MISSION), clean-up by the disk's fullness
+Left out: the mission log, a second file beside the full one (SDLOG_MISSION), clean-up by the disk's fullness
 (SDLOG_ROTATE), performance counters.
 """
 
@@ -30,11 +31,14 @@ from sitl_emu.autopilot.topics import LoggerStatus, ParameterUpdate, Topics
 
 FROM_BOOT: Final = 1
 FROM_BOOT_TO_SHUTDOWN: Final = 2
+BY_AUX1: Final = 3
 FROM_ARMING_TO_SHUTDOWN: Final = 4
 """SDLOG_MODE."""
 FILES: Final = 1
 MAVLINK: Final = 2
 """SDLOG_BACKEND."""
+AUX1_WANTS_A_LOG: Final = 0.3
+"""Above it, SDLOG_MODE 3 logs (Logger::start_stop_logging)."""
 STOP_DELAY_US: Final = 1_000_000
 """A log goes on for so long after disarming."""
 STATUS_EVERY_US: Final = 1_000_000
@@ -97,6 +101,7 @@ class Logger:
         self._wanted = False
         self._boot = self._mode in (FROM_BOOT, FROM_BOOT_TO_SHUTDOWN)
         self._override = False
+        self._sticks = topics.manual_control_setpoint
         self._stop_us = 0
         self._started_us = 0
         self._refused = False
@@ -162,9 +167,7 @@ class Logger:
                 self._begin_file(now_us)
         if self._mode == FROM_BOOT_TO_SHUTDOWN:
             return
-        wanted = self._topics.actuator_armed.armed or self._override
-        if self._mode == FROM_ARMING_TO_SHUTDOWN:
-            wanted = wanted or self._wanted
+        wanted = self._is_wanted()
         if wanted != self._wanted:
             self._wanted = wanted
             if wanted:
@@ -176,6 +179,16 @@ class Logger:
                 self._stop_us = measured_us if now_us < measured_us else now_us + STOP_DELAY_US
         if self._stop_us and now_us >= self._stop_us:
             self._end_file()
+
+    def _is_wanted(self) -> bool:
+        """Whether there is to be a log; by a stick of which nothing new has come it stays as it is, `on` or not."""
+        if self._mode == BY_AUX1:
+            before, self._sticks = self._sticks, self._topics.manual_control_setpoint
+            if self._sticks is before:
+                return self._wanted
+            return self._sticks.aux[0] > AUX1_WANTS_A_LOG or self._override
+        stays = self._mode == FROM_ARMING_TO_SHUTDOWN and self._wanted
+        return self._topics.actuator_armed.armed or self._override or stays
 
     def _begin_file(self, now_us: int) -> None:
         if self.file is not None or not self._backend & FILES or self._root is None or not self._has_room(self._root):

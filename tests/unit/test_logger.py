@@ -12,6 +12,7 @@ from sitl_emu.autopilot.logger import log_files
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     BatteryStatus,
+    ManualControlSetpoint,
     VehicleRoi,
 )
 from tests.unit.logger_rig import FIRST, Rig, duration_s
@@ -70,6 +71,22 @@ def test_modes_2_and_4_log_until_shutdown(tmp_path: Path) -> None:
         rig.logger.shut_down()
         assert rig.names() == [name]
         assert rig.read(name).last_timestamp * 1e-6 == pytest.approx(10.0, abs=0.1)
+
+
+def test_mode_3_logs_while_the_first_auxiliary_stick_is_up(tmp_path: Path) -> None:
+    """Logger::start_stop_logging (logger.cpp:1113): above 0.3, armed or not, and only by sticks that are heard."""
+    rig = Rig(tmp_path, SDLOG_MODE=3)
+    rig.arm()
+    rig.logger.on()
+    rig.run(2.0)
+    assert rig.names() == [], "no stick has told anything"
+    rig.logger.off()
+    for aux1, seconds in ((0.3, 2.0), (0.31, 4.0), (0.0, 2.0)):
+        for _ in range(round(seconds / 0.2)):
+            rig.topics.manual_control_setpoint = ManualControlSetpoint(rig.now_us, aux=(aux1, *(1.0,) * 5))
+            rig.run(0.2)
+    assert rig.names() == ["2026-01-01/00_00_04.ulg"]
+    assert duration_s(rig.read(rig.names()[0])) == pytest.approx(5.0, abs=0.1)
 
 
 def test_arming_again_within_the_second_begins_a_new_log(tmp_path: Path) -> None:
