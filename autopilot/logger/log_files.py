@@ -49,7 +49,9 @@ class LogFile:
         self.trouble = ""
         """Why it could not be written, in the system's words; empty while all is well."""
         self.gone = False
-        """Somebody removed it."""
+        """Somebody removed it, a client by LOG_ERASE perhaps. Its log ends, and the next flight has a file: on purpose
+        otherwise than in PX4, whose writer goes on in the file that nobody sees any more, so that a flight after the
+        boot log was erased is in no file (Logger::start_log_file returns where one is_started)."""
         while True:
             self.name = log_name(unix_us, utc_offset_min)
             self._path = root / storage.LOG / self.name

@@ -252,6 +252,17 @@ def test_a_log_that_is_removed_ends_quietly(tmp_path: Path) -> None:
     assert len(rig.said()) == 1
 
 
+def test_a_flight_after_the_boot_log_was_erased_is_logged(tmp_path: Path) -> None:
+    """On purpose otherwise than in PX4, which writes on in the erased file (Logger::start_log_file)."""
+    rig = Rig(tmp_path, SDLOG_MODE=1)
+    rig.run(2.0)
+    (tmp_path / "log" / FIRST).unlink()
+    rig.run(2.0)
+    rig.arm()
+    rig.run(2.0)
+    assert rig.names() == ["2026-01-01/00_00_04.ulg"]
+
+
 def test_what_is_not_told_again_is_in_no_later_log(tmp_path: Path) -> None:
     """PX4's subscriptions outlive a log: only states that it publishes again and again begin each."""
     rig = Rig(tmp_path)
