@@ -457,6 +457,7 @@ class Logger:
 
 def _parameter_update(now_us: int, parameters: Parameters) -> ParameterUpdate:
     """How many there are, and how many differ (param_notify_changes)."""
-    others = sum(parameters.default(name) != parameters.row(name)["default"] for name in parameters)
+    of_px4 = {name: parameters.typed(name, parameters.row(name)["default"]) for name in parameters}
+    others = sum(parameters.default(name) != default for name, default in of_px4.items())
     counts = (len(parameters.announced), len(parameters.changed()), others)
     return ParameterUpdate(now_us, parameters.notifications, *counts)

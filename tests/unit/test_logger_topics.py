@@ -128,7 +128,7 @@ def test_without_a_log_it_says_so(tmp_path: Path) -> None:
 
 def test_each_change_of_parameters_is_logged(tmp_path: Path) -> None:
     """param_notify_changes: how many differ from the airframe's defaults, too."""
-    rig = Rig(tmp_path, SDLOG_MODE=2)
+    rig = Rig(tmp_path, SDLOG_MODE=2, MPC_Z_P=1.5)
     rig.run(1.0)
     rig.parameters.set("MPC_XY_P", 0.5)
     rig.run(1.0)
@@ -138,6 +138,7 @@ def test_each_change_of_parameters_is_logged(tmp_path: Path) -> None:
     log = rig.read(FIRST)
     assert column(log, "parameter_update", "instance") == [0.0, 1.0]
     assert column(log, "parameter_update", "changed") == [0.0, 1.0]
+    assert column(log, "parameter_update", "custom_default") == [2.0, 2.0], "SDLOG_MODE, MPC_Z_P"
     assert column(log, "parameter_update", "timestamp")[1] == pytest.approx(1e6, abs=20_000)
 
 
