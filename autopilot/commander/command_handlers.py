@@ -158,9 +158,8 @@ class CommandHandlers:
         return TEMPORARILY_REJECTED
 
     def _intend(self, now_us: int, mode: NavState, *, force: bool = False) -> bool:
-        """Whether a mode may be asked for now; `force`: though it can't be flown."""
+        """Whether a mode may be asked for, by what the checks have found last; `force`: though it can't be flown."""
         arming = self._arming
-        self._checks.update(now_us)
         return not arming.terminated and self._intention.change(mode, armed=arming.armed, force=force)
 
     def _tell_refusal(self, now_us: int, mode: NavState) -> None:
@@ -308,7 +307,6 @@ class CommandHandlers:
         return DENIED if self._arming.armed else None
 
     def _mission_start(self, now_us: int, command: VehicleCommand) -> int | None:
-        self._checks.update(now_us)
         if self._topics.failsafe_flags.auto_mission_missing:
             self._say(Severity.CRITICAL, "Mission start denied! No valid mission\t", MISSION_START_DENIED)
             return DENIED

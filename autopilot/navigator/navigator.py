@@ -44,6 +44,10 @@ INTERVAL_US: Final = 50_000
 STATUS_EVERY_US: Final = 500_000
 FAILURE_HAGL: Final = 1
 """navigator_status.failure."""
+TELLS_OF_ITSELF: Final = frozenset(
+    (NavState.AUTO_MISSION, NavState.AUTO_TAKEOFF, NavState.AUTO_VTOL_TAKEOFF, NavState.AUTO_LAND)
+)
+"""Modes that publish mission_result as they begin."""
 CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 Mode = Takeoff | VtolTakeoff | Loiter | Course | Mission | Rtl | Land | PrecLand
 
@@ -302,9 +306,10 @@ class Navigator:
             self._state.mission_failure,
             self._state.finished,
         )
-        mode = status.nav_state, status.armed
-        is_new = told != self._published or mission.jumps.followed >= 0
-        if not is_new and mode == self._published_mode:
+        mode, mode_before = (status.nav_state, status.armed), self._published_mode
+        begins = status.nav_state in TELLS_OF_ITSELF and mode[:1] != mode_before[:1]
+        is_new = told != self._published or mission.jumps.followed >= 0 or begins
+        if not is_new and mode == mode_before:
             return
         self._published, self._published_mode = told, mode
         self._topics.mission_result = MissionResult(

@@ -152,6 +152,7 @@ def test_takeoff_and_hold_can_be_armed(vehicle: FakeVehicle, sub: int) -> None:
 
 def test_sticks_that_are_not_at_rest_refuse_arming(vehicle: FakeVehicle) -> None:
     vehicle.topics.manual_control_setpoint = ManualControlSetpoint(vehicle.now_us, True)
+    vehicle.run(0.2)
     vehicle.set_mode(7)
     assert vehicle.arm() == TEMPORARILY_REJECTED
     assert vehicle.take_texts() == ["Arming denied: throttle not in safe position"]
@@ -332,7 +333,7 @@ def test_termination_is_for_good(vehicle: FakeVehicle) -> None:
 
 def test_mission_start_arms_and_starts(vehicle: FakeVehicle) -> None:
     vehicle.upload(item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 5.0), item(mavlink.MAV_CMD_NAV_LAND))
-    vehicle.step()
+    vehicle.run(0.2)
     assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == ACCEPTED
     vehicle.step()
     assert (vehicle.mode, vehicle.armed) == (NavState.AUTO_MISSION, True)
@@ -342,7 +343,7 @@ def test_mission_start_arms_and_starts(vehicle: FakeVehicle) -> None:
 @pytest.mark.parametrize(("first", "result"), [(-1, ACCEPTED), (1, ACCEPTED), (2, DENIED), (math.nan, DENIED)])
 def test_mission_start_at_an_item(vehicle: FakeVehicle, first: float, result: int) -> None:
     vehicle.upload(item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 5.0), item(mavlink.MAV_CMD_NAV_LAND))
-    vehicle.step()
+    vehicle.run(0.2)
     assert vehicle.result(mavlink.MAV_CMD_MISSION_START, first) == result
     vehicle.step()
     assert vehicle.dataman.current_seq == max(0, first if result == ACCEPTED else 0)
@@ -361,7 +362,7 @@ def test_the_safety_switch(vehicle: FakeVehicle, armed: bool, state: float, resu
 def test_a_mission_that_cannot_be_armed_is_refused(vehicle: FakeVehicle) -> None:
     vehicle.upload(item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 5.0), item(mavlink.MAV_CMD_NAV_LAND))
     vehicle.result(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, 1)
-    vehicle.step()
+    vehicle.run(0.2)
     vehicle.take_texts()
     assert vehicle.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == TEMPORARILY_REJECTED
     refusals = ["Arming denied: calibrating", "Switching to Mission is currently not available"]
@@ -383,7 +384,7 @@ def test_to_land_by_the_mission_is_to_start_it_there_which_the_links_hear() -> N
     vehicle, outgoing = with_outgoing(MAV_SYS_ID=7)
     up = (item(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 8), item(mavlink.MAV_CMD_NAV_WAYPOINT, 20, 0, 8))
     vehicle.upload(*up, item(mavlink.MAV_CMD_DO_LAND_START), item(mavlink.MAV_CMD_NAV_LAND, 30, 0))
-    vehicle.run(0.1)
+    vehicle.run(0.2)
     assert vehicle.result(mavlink.MAV_CMD_DO_LAND_START) == ACCEPTED
     (start,) = outgoing.waiting
     assert (start.command, start.param1, start.param2, start.param7) == (mavlink.MAV_CMD_MISSION_START, 2.0, 0.0, 0.0)
@@ -414,3 +415,17 @@ def test_what_does_not_fly_takes_off_without_a_position(kind: VehicleKind, may: 
     assert not runs >> NavState.AUTO_LOITER & 1
     local_position = vehicle.topics.failsafe_flags.mode_req_local_position
     assert (local_position >> NavState.AUTO_TAKEOFF & 1, local_position >> NavState.AUTO_LOITER & 1) == (not may, 1)
+
+
+def test_a_mission_is_there_once_the_checks_have_looked() -> None:
+    """Ten times a second (Commander::run): a real PX4 refuses most that start one right behind its MISSION_ACK."""
+    rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN)
+    rover.run(3.0)
+    rover.arm()
+    rover.run(1.02)
+    rover.upload(item(mavlink.MAV_CMD_NAV_WAYPOINT, 20, 0), item(mavlink.MAV_CMD_NAV_WAYPOINT, 20, 20))
+    rover.step()
+    assert rover.set_mode(4, 4) == TEMPORARILY_REJECTED
+    assert rover.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == DENIED
+    rover.run(0.2)
+    assert rover.set_mode(4, 4) == ACCEPTED
