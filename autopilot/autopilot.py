@@ -36,6 +36,7 @@ from sitl_emu.autopilot.sensors.gyro_calibration import GyroCalibration
 from sitl_emu.autopilot.sensors.in_flight_calibration import InFlightCalibration
 from sitl_emu.autopilot.sensors.sensor_failover import SensorFailover
 from sitl_emu.autopilot.sensors.sensors import Sensors
+from sitl_emu.autopilot.sensors.vehicle_acceleration import AccelerationFilter
 from sitl_emu.autopilot.sensors.vehicle_imu import VehicleImu
 from sitl_emu.autopilot.shell.commands import COMMANDS
 from sitl_emu.autopilot.shell.pxh import Pxh
@@ -88,6 +89,7 @@ class Autopilot:
         shared = (self.topics, self.parameters)
         self.sensors = Sensors(*shared)
         self.vehicle_imu = VehicleImu(self.topics)
+        self.vehicle_acceleration = AccelerationFilter(*shared)
         self.in_flight_calibration = InFlightCalibration(self.topics, self.parameters)
         self.gyro_calibration = GyroCalibration(self.topics, self.parameters)
         self.baro_gnss_calibration = BaroGnssCalibration(self.topics, self.parameters)
@@ -144,6 +146,7 @@ class Autopilot:
         now_us = self.now_us = self.sensors.update(messages)
         ticks = self._ticks = self._ticks + 1
         self.vehicle_imu.update(now_us)
+        self.vehicle_acceleration.update(now_us)
         self.estimator.update(now_us)
         if self.commander.calibration.busy:
             self.commander.calibration.update(now_us)

@@ -75,6 +75,7 @@ HOT: dict[str, tuple[str, ...]] = {
         "sensors/data_validator.py",
         "sensors/imu_integrator.py",
         "sensors/sensors.py",
+        "sensors/vehicle_acceleration.py",
         "sensors/vehicle_imu.py",
         "topics/topics.py",
     ),

@@ -56,7 +56,7 @@ class MulticopterLandDetector:
         armed, local = topics.actuator_armed.armed, topics.vehicle_local_position
         self._measures_distance |= bool(local.dist_bottom_sensor_bitfield & BY_RANGE)
         each_s = EACH_OUT_OF_RANGE_S if self._measures_distance and not local.dist_bottom_valid else EACH_S
-        ax, ay, az = topics.sensor_combined.accelerometer_m_s2
+        ax, ay, az = topics.vehicle_acceleration.xyz
         falls = self._freefall.update(now_us, ax * ax + ay * ay + az * az < FREEFALL_M_S2**2, FREEFALL_S)
         touches = self._touches(now_us)  # disarmed, too: whether it descends is known from it
         contact = self._ground_contact.update(now_us, not armed or touches, each_s)

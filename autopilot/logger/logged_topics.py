@@ -85,7 +85,7 @@ def _instances(name: str, interval_ms: int, row: Row, count: int) -> list[Logged
 
 COMMON = (
     LoggedTopic("sensor_combined", 0, sensors.sensor_combined),
-    LoggedTopic("vehicle_acceleration", 50, sensors.vehicle_acceleration, "sensor_combined"),
+    LoggedTopic("vehicle_acceleration", 50, sensors.vehicle_acceleration),
     LoggedTopic("vehicle_imu", 500, sensors.vehicle_imu, "sensor_combined"),
     LoggedTopic("sensor_accel", 1000, sensors.sensor_accel, "sensor_imu"),
     LoggedTopic("sensor_gyro", 1000, sensors.sensor_gyro, "sensor_imu"),

@@ -53,6 +53,7 @@ FAST = frozenset(
     {
         "ekf2_timestamps",
         "sensor_combined",
+        "vehicle_acceleration",
         "vehicle_angular_velocity",
         "vehicle_attitude",
         "vehicle_attitude_setpoint",

@@ -25,6 +25,14 @@ class SensorImu(NamedTuple):
     raw_accelerometer_m_s2: Vector3 = (0.0, 0.0, -9.80665)
 
 
+class VehicleAcceleration(NamedTuple):
+    """Writer: sensors/vehicle_acceleration.py. Specific force without its bias, low-passed (IMU_ACCEL_CUTOFF), m/s²."""
+
+    timestamp: int = 0
+    timestamp_sample: int = 0
+    xyz: Vector3 = (0.0, 0.0, -9.80665)
+
+
 class SensorBaro(NamedTuple):
     """VehicleAirData, as far as it is used."""
 

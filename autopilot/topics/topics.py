@@ -140,6 +140,7 @@ from sitl_emu.autopilot.topics.sensors import (
     SensorMag,
     SensorsStatusImu,
     SystemPower,
+    VehicleAcceleration,
     VehicleAirData,
     VehicleImuStatus,
     VehicleMagnetometer,
@@ -163,6 +164,7 @@ class Topics:
     def __init__(self) -> None:
         self.sensor_imu = SensorImu()
         self.sensor_combined = SensorCombined()
+        self.vehicle_acceleration = VehicleAcceleration()
         self.vehicle_air_data = VehicleAirData()
         self.vehicle_magnetometer = VehicleMagnetometer()
         self.sensor_baro = SensorBaro()

@@ -14,6 +14,7 @@ from sitl_emu.autopilot.topics import (
     ActuatorArmed,
     SensorCombined,
     Topics,
+    VehicleAcceleration,
     VehicleStatus,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -37,6 +38,7 @@ class Rig:
         for _ in range(round(seconds * 1e6 / TICK_US)):
             self.now_us += TICK_US
             self.topics.sensor_combined = SensorCombined(self.now_us, (0.1, 0.2, 0.3), (1.0, 2.0, -9.8))
+            self.topics.vehicle_acceleration = VehicleAcceleration(self.now_us, self.now_us, (1.0, 2.0, -9.8))
             self.logger.update(self.now_us)
 
     def arm(self, armed: bool = True) -> None:

@@ -29,6 +29,7 @@ from sitl_emu.autopilot.topics import (
     SensorMag,
     Topics,
     Vector3,
+    VehicleAcceleration,
     VehicleAttitude,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -84,6 +85,7 @@ class Table:
             self.now_us += TICK_US
             now_us, t = self.now_us, self.now_us * 1e-6
             self.topics.sensor_combined = SensorCombined(now_us, self.gyro(t), self.accel(t))
+            self.topics.vehicle_acceleration = VehicleAcceleration(now_us, now_us, self.accel(t))
             if now_us % 64_000 == 0:
                 self.topics.sensor_mag = SensorMag(now_us, self.mag(t))
             self.topics.vehicle_attitude = VehicleAttitude(now_us, self.q, self.euler(t))

@@ -12,9 +12,11 @@ from sitl_emu.autopilot.topics import (
     HoverThrustEstimate,
     PositionSetpoint,
     PositionSetpointTriplet,
+    SensorCombined,
     TakeoffStatus,
     Topics,
     TrajectorySetpoint,
+    VehicleAcceleration,
     VehicleGlobalPosition,
     VehicleLocalPosition,
     VehicleThrustSetpoint,
@@ -240,3 +242,16 @@ def test_a_disarmed_rover_that_is_to_return_counts_as_in_the_air() -> None:
     assert topics.vehicle_land_detected.landed
     detector.update(500_000)
     assert not topics.vehicle_land_detected.landed
+
+
+def test_it_falls_by_the_filtered_acceleration_for_a_third_of_a_second() -> None:
+    """MulticopterLandDetector::_get_freefall_state reads vehicle_acceleration, and no raw sample."""
+    vehicle = Descending()
+    vehicle.topics.sensor_combined = SensorCombined(accelerometer_m_s2=(0.0, 0.0, -0.5))
+    vehicle.run(1.0)
+    assert not now(vehicle.topics).vehicle_land_detected.freefall
+    vehicle.topics.vehicle_acceleration = VehicleAcceleration(0, 0, (0.0, 0.0, -1.9))
+    vehicle.run(0.28)
+    assert not now(vehicle.topics).vehicle_land_detected.freefall
+    vehicle.run(0.06)
+    assert now(vehicle.topics).vehicle_land_detected.freefall

@@ -4,13 +4,11 @@ import math
 from collections.abc import Callable, Generator
 
 from sitl_emu.autopilot.commander.calibration.bench import TEXT_US, Bench
-from sitl_emu.autopilot.estimator.imu_filter import LowPass2p
 
 SIDES = ("back", "front", "left", "right", "up", "down")
 """By the axis along which gravity's counterforce points: +x, -x, +y, -y, +z, -z."""
 ALL_SIDES = (1 << len(SIDES)) - 1
 GRAVITY_M_S2 = 9.80665
-IMU_HZ = 250.0
 AVERAGE_S = 0.5
 STILL_M_S2 = 0.25
 LENIENCE = 3.0
@@ -31,7 +29,6 @@ def detect(bench: Bench, *, lenient: bool) -> Generator[None, None, int | None]:
     """Wait until the vehicle is at rest; the index of its side in SIDES, None where that can't be told."""
     still_us = LENIENT_STILL_US if lenient else STILL_US
     threshold = (STILL_M_S2 * (LENIENCE if lenient else 1.0)) ** 2
-    low_pass = LowPass2p(IMU_HZ, float(bench.parameters["IMU_ACCEL_CUTOFF"]))
     average, dispersion = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
     rest_us: int | None = None
     last_us, late = bench.now_us, 0
@@ -43,7 +40,7 @@ def detect(bench: Bench, *, lenient: bool) -> Generator[None, None, int | None]:
             bench.silent_sensor()
             return None
         weight, last_us = (bench.now_us - last_us) * 1e-6 / AVERAGE_S, bench.now_us
-        for axis, value in enumerate(low_pass.update(*bench.topics.sensor_combined.accelerometer_m_s2)):
+        for axis, value in enumerate(bench.topics.vehicle_acceleration.xyz):
             error = value - average[axis]
             average[axis] += error * weight
             dispersion[axis] = max(dispersion[axis] * (1.0 - weight), min(error * error, 8.0 * threshold))

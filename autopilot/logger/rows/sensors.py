@@ -18,6 +18,7 @@ from sitl_emu.autopilot.topics import (
     SensorMag,
     SensorsStatusImu,
     SystemPower,
+    VehicleAcceleration,
     VehicleAirData,
     VehicleImuStatus,
     VehicleMagnetometer,
@@ -50,9 +51,10 @@ def sensor_combined(pack: Pack, record: SensorCombined) -> bytes:
 
 
 @row("vehicle_acceleration")
-def vehicle_acceleration(pack: Pack, record: SensorCombined) -> bytes:
-    """Specific force, not filtered."""
-    return pack(record.timestamp, record.timestamp, *record.accelerometer_m_s2)
+def vehicle_acceleration(pack: Pack, record: VehicleAcceleration) -> bytes:
+    """Specific force, low-passed."""
+    time_us, sample_us, xyz = record
+    return pack(time_us, sample_us, *xyz)
 
 
 @row("vehicle_imu")
