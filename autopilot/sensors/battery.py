@@ -62,8 +62,8 @@ class Battery:
             self._due_us = NEVER_US
             return
         previous = self._status
-        known = message.current_ca >= 0
-        current_a = message.current_ca * 1e-2 if known else NAN
+        current_a = message.current
+        known = current_a == current_a
         resting_a = float(self._parameters["BAT1_I_OVERWRITE"])
         if resting_a > 0.0 and not self._topics.vehicle_status.armed:
             known, current_a = True, resting_a  # whatever was measured (Battery::updateCurrent)
@@ -73,7 +73,7 @@ class Battery:
         if self._due_us == NEVER_US:
             self._due_us = now_us + BATTERY_EVERY_US
         drawn_mah = current_a * dt_s / 3.6 if known else 0.0
-        voltage_v, charge = message.voltage_mv * 1e-3, message.remaining_pct * 1e-2
+        voltage_v, charge = message.voltage, message.state_of_charge * 1e-2
         if is_off:
             cells, empty_v = int(self._parameters["BAT1_N_CELLS"]), float(self._parameters["BAT1_V_EMPTY"])
             voltage_v, charge = cells * empty_v, 0.0

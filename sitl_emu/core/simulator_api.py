@@ -3,14 +3,15 @@
 Names, units and field order are MAVLink's (https://mavlink.io/en/messages/common.html, HIL_SENSOR and following), in
 *wire order*, so that a record packs as it stands. Between simulator and autopilot they pass over a `Channel`, which is
 memory (`memory_channel`) or TCP 4560+i (`tcp_channel.py`); both carry the very same bytes, so both fly bit-identically.
-What the API lacks travels beside it, and a real PX4 does without: BATTERY_STATUS, ESC_STATUS and RANGING_BEACON to the
-autopilot (a real PX4 simulates its own battery and speed controllers, and ignores them), and CAMERA_IMAGE_CAPTURED; to
-the simulator PARAM_VALUE, of the parameters that are about it, HEARTBEAT, of an autopilot that boots or powers off,
+What the API lacks travels beside it, and a real PX4 does without: BATTERY_STATUS_V2, ESC_STATUS and RANGING_BEACON to
+the autopilot (a real PX4 simulates its own battery and speed controllers, and ignores them), and CAMERA_IMAGE_CAPTURED;
+to the simulator PARAM_VALUE, of the parameters that are about it, HEARTBEAT, of an autopilot that boots or powers off,
 GIMBAL_DEVICE_ATTITUDE_STATUS, of a gimbal that carries a camera, CAMERA_SETTINGS, of a camera that zooms,
 CAMERA_TRIGGER, of one that takes a picture, and VIDEO_STREAM_STATUS, of one whose video was started or stopped.
 The latter come before the HIL_ACTUATOR_CONTROLS of their tick, so that lockstep holds for them.
 """
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple, Protocol, TypeVar, cast
@@ -106,11 +107,11 @@ class HilStateQuaternion(NamedTuple):
 
 
 class SimulatedBattery(NamedTuple):
-    """What BATTERY_STATUS (147) carries of the simulated battery: mV, cA (10 mA), percent."""
+    """What BATTERY_STATUS_V2 (369) carries of the simulated battery: V, A (NaN: nobody measures it), percent."""
 
-    voltage_mv: int
-    current_ca: int
-    remaining_pct: int
+    voltage: float
+    current: float
+    state_of_charge: float
 
 
 class EscTelemetry(NamedTuple):
@@ -254,8 +255,10 @@ HIL_SENSOR_LAYOUT = Layout("Q13fIB")
 HIL_GPS_LAYOUT = Layout("QiiiHHHhhhHBBBH")
 DISTANCE_SENSOR_LAYOUT = Layout("IHHHBBBBff4fB")
 HIL_ACTUATOR_CONTROLS_LAYOUT = Layout("QQ16fB")
+BATTERY_STATUS_V2_LAYOUT = Layout("5fIhB")
 GIMBAL_LAYOUT = Layout("I4f3fIHBB")
 CAMERA_SETTINGS_LAYOUT = Layout("IBffB")
+NO_TEMPERATURE: Final = 0x7FFF
 CONTROLS: Final = 16
 LOCKSTEP: Final = 1
 """Bit of HIL_ACTUATOR_CONTROLS.flags: HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP."""
@@ -271,6 +274,8 @@ def as_on_the_wire(message: SimulatorMessage) -> SimulatorMessage:
         return unpack_distance(pack_distance(message))
     if isinstance(message, HilGps):
         return HilGps._make(HIL_GPS_LAYOUT.unpack(HIL_GPS_LAYOUT.pack(*message)))
+    if isinstance(message, SimulatedBattery):
+        return unpack_battery(pack_battery(message))
     return message
 
 
@@ -288,6 +293,18 @@ def unpack_distance(payload: bytes) -> DistanceSensor:
     """The record of a whole payload."""
     fields = DISTANCE_SENSOR_LAYOUT.unpack(payload)
     return DistanceSensor._make((*fields[:10], fields[10:14], fields[14]))
+
+
+def pack_battery(message: SimulatedBattery) -> bytes:
+    """The payload of BATTERY_STATUS_V2, which counts no capacity and knows no temperature."""
+    voltage, current, state_of_charge = message
+    return BATTERY_STATUS_V2_LAYOUT.pack(voltage, current, math.nan, math.nan, state_of_charge, 0, NO_TEMPERATURE, 0)
+
+
+def unpack_battery(payload: bytes) -> SimulatedBattery:
+    """The record of a whole payload."""
+    voltage, current, _, _, state_of_charge, *_ = BATTERY_STATUS_V2_LAYOUT.unpack(payload)
+    return SimulatedBattery(voltage, current, state_of_charge)
 
 
 def pack_controls(message: HilActuatorControls) -> bytes:

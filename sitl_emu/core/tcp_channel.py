@@ -2,7 +2,7 @@
 
 As PX4's src/modules/simulation/simulator_mavlink (v1.18) has it: the autopilot connects, may say HEARTBEAT and
 COMMAND_LONG (SET_MESSAGE_INTERVAL) first, which a simulator may pass over, and waits for HIL_SENSOR; it answers with
-HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS, speed controllers as ESC_STATUS, beacons as
+HIL_ACTUATOR_CONTROLS. The simulated battery travels as BATTERY_STATUS_V2, speed controllers as ESC_STATUS, beacons as
 RANGING_BEACON, pictures as CAMERA_IMAGE_CAPTURED, all of which a real PX4 ignores; an autopilot of ours says
 PARAM_VALUE, HEARTBEAT, GIMBAL_DEVICE_ATTITUDE_STATUS, CAMERA_SETTINGS, CAMERA_TRIGGER and VIDEO_STREAM_STATUS before an
 answer (`simulator_api.BesideMessage`). Other messages are skipped unread, broken frames (wrong CRC) too. Records arrive
@@ -23,6 +23,7 @@ from fastcrc import crc16
 from sitl_emu.core.c_types import Layout
 from sitl_emu.core.framing import frame, header_tail
 from sitl_emu.core.simulator_api import (
+    BATTERY_STATUS_V2_LAYOUT,
     CAMERA_SETTINGS_LAYOUT,
     DISTANCE_SENSOR_LAYOUT,
     GIMBAL_LAYOUT,
@@ -47,10 +48,12 @@ from sitl_emu.core.simulator_api import (
     SimulatorMessage,
     SimulatorParameter,
     VideoState,
+    pack_battery,
     pack_controls,
     pack_distance,
     pack_gimbal,
     pack_zoom,
+    unpack_battery,
     unpack_controls,
     unpack_distance,
     unpack_gimbal,
@@ -58,7 +61,6 @@ from sitl_emu.core.simulator_api import (
 )
 
 HIL_STATE_QUATERNION_LAYOUT = Layout("Q4ffffiiihhhHHhhh")
-BATTERY_STATUS_LAYOUT = Layout("iih10HhBBBbiB4HBI")
 ESC_STATUS_LAYOUT = Layout("Q4i4f4fB")
 ESCS_PER_MESSAGE = 4
 """A controller that is not there has no voltage (NaN)."""
@@ -78,7 +80,6 @@ SIGNED = 0x01
 READ_BYTES = 1 << 16
 SIMULATOR_SYSTEM, SIMULATOR_COMPONENT = 1, 200
 AUTOPILOT_SYSTEM, AUTOPILOT_COMPONENT = 1, 1
-NO_CELL = 0xFFFF
 REAL32 = 9
 """MAV_PARAM_TYPE: every value goes as a float, whole ones too."""
 NO_INDEX = 0xFFFF
@@ -104,18 +105,6 @@ def _pack_truth(message: HilStateQuaternion) -> bytes:
 def _unpack_truth(payload: bytes) -> HilStateQuaternion:
     fields = HIL_STATE_QUATERNION_LAYOUT.unpack(payload)
     return HilStateQuaternion._make((fields[0], fields[1:5], *fields[5:]))
-
-
-def _pack_battery(message: SimulatedBattery) -> bytes:
-    voltages = (message.voltage_mv,) + (NO_CELL,) * 9
-    return BATTERY_STATUS_LAYOUT.pack(
-        -1, -1, 0x7FFF, *voltages, message.current_ca, 0, 0, 0, message.remaining_pct, 0, 0, 0, 0, 0, 0, 0, 0
-    )
-
-
-def _unpack_battery(payload: bytes) -> SimulatedBattery:
-    fields = BATTERY_STATUS_LAYOUT.unpack(payload)
-    return SimulatedBattery(sum(mv for mv in fields[3:13] if mv != NO_CELL), fields[13], fields[17])
 
 
 def _pack_escs(message: EscTelemetry) -> bytes:
@@ -198,7 +187,7 @@ CODECS: dict[type, _Codec] = {
     ),
     DistanceSensor: _Codec(132, b"\x55", DISTANCE_SENSOR_LAYOUT.size, pack_distance, unpack_distance),
     HilStateQuaternion: _Codec(115, b"\x04", HIL_STATE_QUATERNION_LAYOUT.size, _pack_truth, _unpack_truth),
-    SimulatedBattery: _Codec(147, b"\x9a", BATTERY_STATUS_LAYOUT.size, _pack_battery, _unpack_battery),
+    SimulatedBattery: _Codec(369, b"\x91", BATTERY_STATUS_V2_LAYOUT.size, pack_battery, unpack_battery),
     EscTelemetry: _Codec(291, b"\x0a", ESC_STATUS_LAYOUT.size, _pack_escs, _unpack_escs),
     RangingBeacon: _Codec(510, b"\x63", RANGING_BEACON_LAYOUT.size, _pack_ranging, _unpack_ranging),
     HilActuatorControls: _Codec(93, b"\x2f", HIL_ACTUATOR_CONTROLS_LAYOUT.size, pack_controls, unpack_controls),

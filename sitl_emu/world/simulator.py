@@ -55,7 +55,6 @@ RPM_PER_RAD_S: Final = 60.0 / math.tau
 NEVER_US: Final = 1 << 62
 MODE_FLAG_SAFETY_ARMED: Final = 128
 IMU_UPDATED: Final = FIELDS_UPDATED_ACCEL | FIELDS_UPDATED_GYRO
-UNKNOWN_CURRENT_CA: Final = -1
 MILLI_G: Final = 9.80665e-3
 _FLOATS = struct.Struct("<7f")
 
@@ -327,11 +326,8 @@ class VehicleSimulator:
         battery.step(BATTERY_EVERY_US * 1e-6, self.dynamics.power_w, self._armed)
         self.dynamics.drive = battery.drive
         measured = not isinstance(battery, Px4Battery)
-        return SimulatedBattery(
-            round(battery.voltage_v * 1e3),
-            _int16(battery.current_a * 100) if measured else UNKNOWN_CURRENT_CA,
-            round(battery.remaining * 100),
-        )
+        current_a = battery.current_a if measured else math.nan
+        return SimulatedBattery(battery.voltage_v, current_a, 100.0 * battery.remaining)
 
 
 def _dynamics(

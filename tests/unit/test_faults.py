@@ -190,10 +190,11 @@ def test_satellites_fewer_than_four_give_no_fix() -> None:
 def test_the_battery_is_set_and_drained() -> None:
     run = FakeRun([fault(1.0, battery_charge=0.4), fault(2.0, 30.0, battery_drain_w=800.0)])
     told = [message for message in run.fly(40.0) if isinstance(message, SimulatedBattery)]
-    percent = [battery.remaining_pct for battery in told]
-    assert percent[0] == 100 and percent[7] == 40
+    percent = [battery.state_of_charge for battery in told]
+    assert percent[0] == pytest.approx(100, abs=0.5) and percent[7] == pytest.approx(40, abs=0.5)
     lost = 800.0 * 30.0 / 3600.0 / (4 * 3.8 * 5.1)
-    assert percent[-1] == pytest.approx(100 * (0.4 - lost), abs=2) and percent[-1] == percent[-20], "drained no more"
+    assert percent[-1] == pytest.approx(100 * (0.4 - lost), abs=2)
+    assert percent[-1] > percent[-20] - 0.5, "drained no more"
 
 
 @pytest.mark.parametrize("throttle", [0.0, 0.7])

@@ -120,10 +120,10 @@ def test_a_forward_lidar_is_no_height() -> None:
     assert topics.distance_sensor.timestamp == 0
 
 
-@pytest.mark.parametrize(("percent", "warning"), [(100, 0), (15, 0), (14, 1), (6, 2), (4, 3)])
-def test_battery_warns_by_its_thresholds(percent: int, warning: int) -> None:
+@pytest.mark.parametrize(("percent", "warning"), [(100, 0), (15, 0), (14.9, 1), (7, 1), (6.9, 2), (4.9, 3)])
+def test_battery_warns_by_its_thresholds(percent: float, warning: int) -> None:
     reader, topics = sensors()
-    reader.update([SimulatedBattery(15000, 1000, percent), IMU])
+    reader.update([SimulatedBattery(15.0, 10.0, percent), IMU])
     assert topics.battery_status.warning == warning
     assert topics.battery_status.connected and topics.battery_status.voltage_v == 15.0
 
@@ -134,25 +134,25 @@ def test_without_a_current_sensor_the_average_current_fades_away() -> None:
     topics.actuator_armed = ActuatorArmed(armed=True)
     average = []
     for tick in range(1, 1600):
-        reader.update([SimulatedBattery(16200, -1, 100), IMU._replace(time_usec=tick * 200_000)])
+        reader.update([SimulatedBattery(16.2, math.nan, 100), IMU._replace(time_usec=tick * 200_000)])
         average.append(topics.battery_status.current_average_a)
     assert average[0] == pytest.approx(15.0)
     assert average == sorted(average, reverse=True)
     assert average[-1] == pytest.approx(15.0 * math.exp(-320.0 / 50.0), rel=0.05)
 
 
-@pytest.mark.parametrize(("voltage_mv", "connected"), [(0, False), (2_000, False), (2_200, True)])
-def test_a_battery_without_voltage_is_not_connected(voltage_mv: int, connected: bool) -> None:
+@pytest.mark.parametrize(("voltage_v", "connected"), [(0.0, False), (2.0, False), (2.2, True)])
+def test_a_battery_without_voltage_is_not_connected(voltage_v: float, connected: bool) -> None:
     """Such as one of no cells (BAT1_N_CELLS 0)."""
     reader, topics = sensors(BAT1_N_CELLS=0)
     for _ in range(3):
-        reader.update([SimulatedBattery(voltage_mv, -1, 100), IMU])
+        reader.update([SimulatedBattery(voltage_v, math.nan, 100), IMU])
     assert topics.battery_status.connected is connected
 
 
 def test_a_battery_that_another_source_tells_of_is_not_ours() -> None:
     reader, topics = sensors(BAT1_N_CELLS=4, BAT1_SOURCE=1)
-    reader.update([SimulatedBattery(16200, -1, 100), IMU])
+    reader.update([SimulatedBattery(16.2, math.nan, 100), IMU])
     assert not topics.battery_status.connected
 
 
@@ -165,7 +165,7 @@ def test_a_battery_is_told_a_hundred_times_a_second_until_another_source_tells_o
     def run(from_us: int, to_us: int) -> int:
         told.clear()
         for now_us in range(from_us, to_us, 4000):
-            measured = [SimulatedBattery(16200, 3600, 100)] if now_us % 200_000 == 0 else []
+            measured = [SimulatedBattery(16.2, 36.0, 100)] if now_us % 200_000 == 0 else []
             reader.update([IMU._replace(time_usec=now_us), *measured])
             told.add(topics.battery_status.timestamp)
         return len(told)
@@ -179,14 +179,14 @@ def test_a_battery_is_told_a_hundred_times_a_second_until_another_source_tells_o
 def test_what_a_component_tells_of_a_battery_stands_until_the_next_sample_of_ours() -> None:
     """Both are the first battery (mavlink_receiver.h, BatterySimulator.hpp); ours goes on from what it was."""
     reader, topics = sensors(BAT1_N_CELLS=4)
-    reader.update([IMU._replace(time_usec=200_000), SimulatedBattery(16000, 3600, 90)])
+    reader.update([IMU._replace(time_usec=200_000), SimulatedBattery(16.0, 36.0, 90)])
     topics.battery_status = BatteryStatus(200_000, True, 3.5, 1.0, 0.06, warning=2)
     reader.update([IMU._replace(time_usec=204_000)])
     assert topics.battery_status.warning == 2
     reader.update([IMU._replace(time_usec=212_000)])
     assert (topics.battery_status.voltage_v, topics.battery_status.remaining) == (16.0, 0.9)
     topics.battery_status = BatteryStatus(212_000, True, 3.5, 1.0, 0.06, 5.0, warning=2)
-    reader.update([IMU._replace(time_usec=400_000), SimulatedBattery(16000, 3600, 90)])
+    reader.update([IMU._replace(time_usec=400_000), SimulatedBattery(16.0, 36.0, 90)])
     assert topics.battery_status.remaining == pytest.approx(0.9)
     assert topics.battery_status.discharged_mah == pytest.approx(36.0 * 0.2 / 3.6)
 
@@ -195,16 +195,16 @@ def test_a_disarmed_vehicle_draws_what_bat1_i_overwrite_says() -> None:
     reader, topics = sensors(BAT1_N_CELLS=4, BAT1_I_OVERWRITE=0.5)
     for armed, expected in ((False, 0.5), (True, 3.0)):
         topics.vehicle_status = topics.vehicle_status._replace(armed=armed)
-        reader.update([SimulatedBattery(16200, 300, 100), IMU])
+        reader.update([SimulatedBattery(16.2, 3.0, 100), IMU])
         assert topics.battery_status.current_a == expected
 
 
 def test_battery_counts_what_was_drawn() -> None:
     reader, topics = sensors()
     reader.update([IMU._replace(time_usec=0)])
-    reader.update([SimulatedBattery(15000, 1000, 90)])
+    reader.update([SimulatedBattery(15.0, 10.0, 90)])
     reader.update([IMU._replace(time_usec=36_000_000)])
-    reader.update([SimulatedBattery(15000, 1000, 80)])
+    reader.update([SimulatedBattery(15.0, 10.0, 80)])
     assert topics.battery_status.discharged_mah == pytest.approx(100.0)
 
 
@@ -222,7 +222,7 @@ def test_the_charge_of_a_known_capacity_is_fused_with_what_was_drawn(
     """Battery::estimateStateOfCharge, once it has been connected for two seconds."""
     reader, topics = sensors(BAT1_CAPACITY=capacity_mah, BAT1_N_CELLS=4)
     for tick in range(1801):
-        reader.update([IMU._replace(time_usec=tick * 200_000), SimulatedBattery(15000, 1000, percent)])
+        reader.update([IMU._replace(time_usec=tick * 200_000), SimulatedBattery(15.0, 10.0, percent)])
         if tick == 10:
             assert topics.battery_status.remaining == pytest.approx(percent * 1e-2)
     assert topics.battery_status.remaining == pytest.approx(expected, abs=1e-4)
@@ -244,25 +244,25 @@ def test_the_time_that_remains() -> None:
     """10 Ah, 90 % full: at 15 A (BAT_AVRG_CURRENT) at first, at the average of what was drawn in flight then."""
     reader, topics = sensors(BAT1_CAPACITY=10_000.0)
     reader.update([IMU._replace(time_usec=0)])
-    reader.update([SimulatedBattery(15000, 3000, 90)])
+    reader.update([SimulatedBattery(15.0, 30.0, 90)])
     assert topics.battery_status.time_remaining_s == pytest.approx(0.9 * 10.0 / 15.0 * 3600.0)
     topics.actuator_armed = ActuatorArmed(armed=True)
     reader.update([IMU._replace(time_usec=50_000_000)])
-    reader.update([SimulatedBattery(15000, 3000, 90)])
+    reader.update([SimulatedBattery(15.0, 30.0, 90)])
     average_a, left = 15.0 + (30.0 - 15.0) * (1.0 - math.exp(-1.0)), topics.battery_status.remaining
     assert topics.battery_status.time_remaining_s == pytest.approx(left * 10.0 / average_a * 3600.0)
     reader, topics = sensors()
-    reader.update([SimulatedBattery(15000, 3000, 90)])
+    reader.update([SimulatedBattery(15.0, 30.0, 90)])
     assert math.isnan(topics.battery_status.time_remaining_s)
 
 
 def test_charge_follows_in_a_second() -> None:
     reader, topics = sensors()
     reader.update([IMU._replace(time_usec=200_000)])
-    reader.update([SimulatedBattery(16000, -1, 80)])
+    reader.update([SimulatedBattery(16.0, math.nan, 80)])
     for tick in range(2, 7):
         reader.update([IMU._replace(time_usec=tick * 200_000)])
-        reader.update([SimulatedBattery(16000, -1, 0)])
+        reader.update([SimulatedBattery(16.0, math.nan, 0)])
     assert topics.battery_status.remaining == pytest.approx(0.8 * math.exp(-1.0), abs=0.001)
 
 
@@ -282,7 +282,7 @@ def test_injected_failures_silence_the_gps_and_empty_the_battery() -> None:
     reader.update([gps, IMU])
     assert topics.sensor_gps.timestamp == 4000
     inject_failure(topics, 100, 1)
-    reader.update([SimulatedBattery(16000, -1, 80), IMU])
+    reader.update([SimulatedBattery(16.0, math.nan, 80), IMU])
     assert topics.battery_status.remaining == 0.0 and topics.battery_status.warning == 3
 
 

@@ -73,7 +73,7 @@ records = st.one_of(
         HilStateQuaternion, unsigned(64), quaternions, f32, f32, f32, *[signed(32)] * 3, *[signed(16)] * 3,
         unsigned(16), unsigned(16), *[signed(16)] * 3,
     ),
-    st.builds(SimulatedBattery, st.integers(0, 65534), signed(16), st.integers(-1, 100)),
+    st.builds(SimulatedBattery, f32, f32, f32),
     st.builds(
         HilActuatorControls, unsigned(64), unsigned(64), st.lists(f32, max_size=16).map(tuple), unsigned(8)
     ),

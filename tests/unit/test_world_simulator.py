@@ -153,9 +153,11 @@ def test_px4s_battery_parameters_reach_the_battery() -> None:
     simulator, _ = simulate("sihsim_hex", 1)
     simulator.sim_bat_drain, simulator.sim_bat_min_pct = 10.0, 20.0
     controls = HilActuatorControls(0, 1, (0.1,) * 6, 128)
-    levels = [m.remaining_pct for _ in range(3000) for m in simulator.tick(controls) if isinstance(m, SimulatedBattery)]
+    messages = [message for _ in range(3000) for message in simulator.tick(controls)]
+    levels = [each.state_of_charge for each in messages if isinstance(each, SimulatedBattery)]
     assert levels[24] == pytest.approx(50, abs=3)
-    assert levels[-1] == 20
+    assert levels[24] - levels[25] == pytest.approx(2.0, abs=0.01), "0.2 s of 10"
+    assert levels[-1] == pytest.approx(20)
     other, _ = simulate("iris", 1)
     other.sim_bat_drain = 1.0
     assert math.isnan(other.sim_bat_drain)
@@ -294,8 +296,8 @@ def test_px4s_battery_has_the_cells_that_the_parameters_say() -> None:
         for parameter in SimulatedParameters(Parameters(VehicleKind.MULTICOPTER, told)).changed():
             set_parameter(simulator, *parameter)
         messages = simulator.tick(None)
-        volts.append(next(message.voltage_mv for message in messages if isinstance(message, SimulatedBattery)))
-    assert volts[0] == 25_200 and 16_000 < volts[1] < 17_000
+        volts.append(next(message.voltage for message in messages if isinstance(message, SimulatedBattery)))
+    assert volts[0] == pytest.approx(25.2) and 16.0 < volts[1] < 17.0
 
 
 def test_vehicles_of_one_simulation_fly_as_each_would_alone_under_its_own_controls() -> None:
