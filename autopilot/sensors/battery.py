@@ -18,6 +18,8 @@ CHARGE_TIME_CONSTANT_S: Final = 1.0
 AVERAGE_CURRENT_TIME_CONSTANT_S: Final = 50.0
 POWER_MODULE: Final = 0
 """BAT1_SOURCE of a battery like ours; with another nobody hears of it (Battery::publishBatteryStatus)."""
+NO_DRAIN: Final = 0.0
+"""Of SIM_BAT_DRAIN: PX4's start-up script starts its battery_simulator only with more (init.d-posix/rcS)."""
 BATTERY_EVERY_US: Final = 10_000
 """How often PX4's simulated battery is published (BatterySimulator.hpp). A simulator measures ours less often, and what
 it measured last is said again, so that who asks gets an answer as often."""
@@ -40,6 +42,8 @@ class Battery:
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
+        self.runs = bool(parameters["SIM_BAT_DRAIN"] > NO_DRAIN)
+        """Whether there is a battery of ours: decided at boot. Without, who tells of one from outside tells alone."""
         self._average_current_a = NAN
         self._estimator: BatteryEstimator | None = None
         self._cell_v = NAN
@@ -58,7 +62,7 @@ class Battery:
 
     def measured(self, now_us: int, message: SimulatedBattery, *, is_off: bool) -> None:
         """What the simulator measured; `is_off`: its failure was injected, it is empty."""
-        if int(self._parameters["BAT1_SOURCE"]) != POWER_MODULE:
+        if not self.runs or int(self._parameters["BAT1_SOURCE"]) != POWER_MODULE:
             self._due_us = NEVER_US
             return
         previous = self._status

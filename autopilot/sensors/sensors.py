@@ -157,7 +157,7 @@ class Sensors:
         self._mag_mean, self._baro_mean = Mean(3, keeps_pace=False), Mean(1, keeps_pace=True)
         self.mag_validator, self.baro_validator = DataValidator(MAG_EQUAL_VALUES), DataValidator(BARO_EQUAL_VALUES)
         self._mag_calibrations = self._baro_calibrations = 0
-        self._power_module = Battery(topics, parameters)
+        self.battery_simulator = Battery(topics, parameters)
         self._corrections = NONE
         self._corrects = False
         self._mag_disabled = self._baro_disabled = False
@@ -181,7 +181,7 @@ class Sensors:
             elif type(message) is DistanceSensor:
                 self._on_distance_sensor(message)
             elif type(message) is SimulatedBattery:
-                self._power_module.measured(self._now_us, message, is_off=self._battery == OFF)
+                self.battery_simulator.measured(self._now_us, message, is_off=self._battery == OFF)
             elif type(message) is HilStateQuaternion:
                 self._on_truth(message)
             elif type(message) is EscTelemetry:
@@ -189,7 +189,7 @@ class Sensors:
                 self._topics.esc_status = EscStatus(self._now_us, before + message.rpm)
             elif type(message) is RangingBeacon:
                 self._on_ranging_beacon(message)
-        self._power_module.repeat(self._now_us)
+        self.battery_simulator.repeat(self._now_us)
         return self._now_us
 
     def _take_calibration(self) -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from sitl_emu import vehicles
 from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.parameters import Value
 from sitl_emu.autopilot.shell.commands import COMMANDS
 from sitl_emu.autopilot.shell.pxh import Pxh
 
@@ -13,8 +14,9 @@ TICK_US = 4_000
 class Console:
     """An autopilot that stands, and its shell without MAVLink."""
 
-    def __init__(self, model: str = "iris", root: Path | None = None) -> None:
-        self.autopilot = Autopilot(vehicles.load(model).airframe, 0, root)
+    def __init__(self, model: str = "iris", root: Path | None = None, **parameters: Value) -> None:
+        """`parameters` are others than the airframe's."""
+        self.autopilot = Autopilot({**vehicles.load(model).airframe, **parameters}, 0, root)
         self.pxh = Pxh(COMMANDS, self.autopilot)
 
     def type(self, text: str) -> str:

@@ -156,6 +156,27 @@ def test_a_battery_that_another_source_tells_of_is_not_ours() -> None:
     assert not topics.battery_status.connected
 
 
+def test_without_a_drain_at_boot_there_is_no_battery_of_ours() -> None:
+    """init.d-posix/rcS: battery_simulator starts with SIM_BAT_DRAIN greater than 0; what a component tells stands."""
+    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, {"BAT1_N_CELLS": 4, "SIM_BAT_DRAIN": 0.0})
+    reader = Sensors(topics, parameters)
+    parameters.set("SIM_BAT_DRAIN", 60.0)
+    reader.update([SimulatedBattery(16.2, math.nan, 100), IMU])
+    assert topics.battery_status.timestamp == 0
+    topics.battery_status = told = BatteryStatus(4_000, True, 3.5, 1.0, 0.06, warning=2)
+    for now_us in range(200_000, 400_001, 4_000):
+        reader.update([SimulatedBattery(16.2, math.nan, 100), IMU._replace(time_usec=now_us)])
+    assert topics.battery_status is told
+
+
+def test_a_drain_of_zero_in_flight_leaves_the_battery_that_was_there_at_boot() -> None:
+    topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, {"BAT1_N_CELLS": 4})
+    reader = Sensors(topics, parameters)
+    parameters.set("SIM_BAT_DRAIN", 0.0)
+    reader.update([SimulatedBattery(16.2, math.nan, 100), IMU])
+    assert topics.battery_status.connected
+
+
 def test_a_battery_is_told_a_hundred_times_a_second_until_another_source_tells_of_it() -> None:
     """BatterySimulator.hpp; a simulator measures it five times a second."""
     topics, parameters = Topics(), Parameters(VehicleKind.MULTICOPTER, {"BAT1_N_CELLS": 4})

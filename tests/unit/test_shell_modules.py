@@ -30,6 +30,13 @@ def test_modules_say_whether_they_run() -> None:
     )
 
 
+def test_there_is_a_battery_simulator_where_the_battery_drains() -> None:
+    """PX4's start-up script (init.d-posix/rcS)."""
+    assert Console().output("battery_simulator status") == "running\n"
+    console = Console(SIM_BAT_DRAIN=0.0)
+    assert console.output("battery_simulator status").startswith("INFO  [px4] not running\n")
+
+
 def test_ekf2_tells_its_states_and_their_covariance() -> None:
     """Lines as a real one prints them."""
     console = Console("sihsim_hex")

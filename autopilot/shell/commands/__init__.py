@@ -35,7 +35,7 @@ from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
 MODULES: dict[str, module.Runs] = {
     **{name: module.of_kind(name) for kind in VehicleKind for name in sorted(kind.traits.modules)},
-    "battery_simulator": module.always,
+    "battery_simulator": lambda vehicle: vehicle.sensors.battery_simulator.runs,
     "failure_injection_manager": module.always,
     "load_mon": module.always,
     "manual_control": module.always,
