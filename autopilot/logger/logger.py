@@ -67,6 +67,8 @@ STATE_CHECK_US: Final = 100_000
 RECENT_US: Final = 100_000
 """Commands of so short a time before a log begins are in it: the one that armed."""
 OUTPUTS: Final = 16
+BUFFER_BYTES: Final = 1_024_000
+"""Of PX4's, which `logger status` names: LOGGER_BUF of init.d-posix/rcS, in thousands; nothing drops out of ours."""
 
 
 class Logger:
@@ -112,6 +114,8 @@ class Logger:
         """Of each topic that comes in every tick, where its records gather, and our topic's name."""
         self._look_us = self._flush_us = self._sync_us = 0
         self._buffer: list[bytes] = []
+        self._most_used_bytes = 0
+        """Gathered between two writings, since somebody asked."""
         self._told_seen = self._reports_seen = self._requests_seen = 0
         self._said = Said(texts)
         self._notifications = parameters.notifications
@@ -391,7 +395,9 @@ class Logger:
             for message in buffer:
                 self.stream.write(message)
         if self.file is not None:
-            self.file.write(b"".join(buffer), self._unix_us_of_boot() + now_us)
+            data = b"".join(buffer)
+            self._most_used_bytes = max(self._most_used_bytes, len(data))
+            self.file.write(data, self._unix_us_of_boot() + now_us)
             self._end_if_troubled()
         limit_mib = int(self._parameters["SDLOG_MAX_SIZE"])
         if self.file is not None and 0 < limit_mib <= self.file.written_bytes // log_files.MEBIBYTE:
@@ -448,7 +454,10 @@ class Logger:
                 "Full File Logging Running:",
                 f"Log file: ./log/{self.file.name}",
                 f"Wrote {written} (avg {per_s:5.2f} KiB/s)",
+                "Since last status: dropouts: 0 (max len: 0.000 s), "
+                f"max used buffer: {self._most_used_bytes} / {BUFFER_BYTES} B",
             ]
+            self._most_used_bytes = 0
         if self.stream is not None:
             lines.append("Mavlink Logging Running (Full log)")
         if self.file is None and self.stream is None:

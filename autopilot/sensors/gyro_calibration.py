@@ -33,19 +33,19 @@ class GyroCalibration:
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
-        self._runs = bool(parameters["IMU_GYRO_CAL_EN"])
+        self.runs = bool(parameters["IMU_GYRO_CAL_EN"])
         self._notifications = parameters.notifications
         self._corrections = corrections_of(parameters)
         self._was = (False, False)
         """Whether it was armed, and being calibrated otherwise."""
         self._accel: Vector3 = (0.0, 0.0, 0.0)
         self._saved_variance: Vector3 = (0.0, 0.0, 0.0)
-        self._since_us = self._sample_us = self._count = 0
+        self._since_us = self._sample_us = self.count = 0
         self._mean, self._squares = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
 
     def update(self, now_us: int) -> None:
         """At 50 Hz."""
-        if not self._runs:
+        if not self.runs:
             return
         if self._is_disturbed(now_us):
             self._begin_anew(now_us)
@@ -54,8 +54,20 @@ class GyroCalibration:
             if now_us - self._since_us > STILL_US:
                 self._calibrate(now_us)
 
+    @property
+    def mean(self) -> Vector3:
+        """Of its samples since it began anew, rad/s."""
+        x, y, z = self._mean
+        return x, y, z
+
+    @property
+    def variance(self) -> Vector3:
+        """Of its samples since it began anew."""
+        x, y, z = (squares / max(self.count - 1, 1) for squares in self._squares)
+        return x, y, z
+
     def _begin_anew(self, now_us: int) -> None:
-        self._since_us, self._sample_us, self._count = now_us, 0, 0
+        self._since_us, self._sample_us, self.count = now_us, 0, 0
         self._mean, self._squares = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
 
     def _is_disturbed(self, now_us: int) -> bool:
@@ -82,19 +94,19 @@ class GyroCalibration:
         if imu.timestamp == self._sample_us:
             return
         self._sample_us = imu.timestamp
-        self._count += 1
+        self.count += 1
         for axis, value in enumerate(raw_gyro(imu.gyro_rad_s, self._corrections)):
             change = value - self._mean[axis]
-            self._mean[axis] += change / self._count
+            self._mean[axis] += change / self.count
             self._squares[axis] += change * (value - self._mean[axis])
 
     def _calibrate(self, now_us: int) -> None:
         """Write the mean, where it is another offset."""
-        x, y, z = (squares / max(self._count - 1, 1) for squares in self._squares)
-        if self._count <= 2 or math.hypot(x, y, z) > MOST_VARIANCE:
+        x, y, z = self.variance
+        if self.count <= 2 or math.hypot(x, y, z) > MOST_VARIANCE:
             self._begin_anew(now_us)
             return
-        if self._count <= ENOUGH_SAMPLES:
+        if self.count <= ENOUGH_SAMPLES:
             return
         old, variances = self._corrections.gyro_offset, (x, y, z)
         differs = any((m - o) ** 2 > v for m, o, v in zip(self._mean, old, variances, strict=True))

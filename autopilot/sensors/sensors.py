@@ -144,9 +144,9 @@ class Sensors:
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
         self._now_us = 0
-        self._simulates_gps = bool(parameters["SENS_EN_GPSSIM"])
-        self._simulates_mag = bool(parameters["SENS_EN_MAGSIM"])
-        self._simulates_baro = bool(parameters["SENS_EN_BAROSIM"])
+        self.simulates_gps = bool(parameters["SENS_EN_GPSSIM"])
+        self.simulates_mag = bool(parameters["SENS_EN_MAGSIM"])
+        self.simulates_baro = bool(parameters["SENS_EN_BAROSIM"])
         """As it was at the start (px4-rc.sihsim)."""
         self._has_gps, self._has_mag, self._has_baro = (has_sensor(parameters, kind) for kind in ("GPS", "MAG", "BARO"))
         self._failures = topics.failure_injection
@@ -220,9 +220,9 @@ class Sensors:
         self._gyro, self._accel, self._mag, self._baro, self._gps, self._battery = (
             failures.type_of(unit, 1) for unit in (GYRO, ACCEL, MAG, BARO, GPS, BATTERY)
         )
-        if self._simulates_mag:
+        if self.simulates_mag:
             self._mag = 0
-        if self._simulates_baro:
+        if self.simulates_baro:
             self._baro = self._gyro = self._accel = 0
         self._imu_fails = bool(self._gyro or self._accel)
         self._topics.sensors_status_imu = SensorsStatusImu(not self._accel, not self._gyro)
@@ -313,7 +313,7 @@ class Sensors:
             # one that PX4 simulates tells when it was measured, and so it is too old for the estimator
             self._topics.sensor_gps = self._topics.sensor_gps._replace(timestamp=timestamp)
             return
-        simulated_by_px4 = self._simulates_gps
+        simulated_by_px4 = self.simulates_gps
         quality = MAVLINK_GPS
         if simulated_by_px4:
             quality = SIH_GPS if message.fix_type >= FIX_3D else SIH_GPS_NO_FIX

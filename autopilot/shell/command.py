@@ -20,6 +20,7 @@ from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.parameters.storage import ParameterStorage
 from sitl_emu.autopilot.payload.camera_trigger import CameraTrigger
 from sitl_emu.autopilot.payload.payload_deliverer import PayloadDeliverer
+from sitl_emu.autopilot.sensors.gyro_calibration import GyroCalibration
 from sitl_emu.autopilot.sensors.sensors import Sensors
 from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.topics import Topics
@@ -45,6 +46,7 @@ class Vehicle(Protocol):
     commands: VehicleCommands
     outgoing: OutgoingCommands
     sensors: Sensors
+    gyro_calibration: GyroCalibration
     estimator: Estimator
     navigator: Navigator
     payload_deliverer: PayloadDeliverer

@@ -3,6 +3,7 @@
 import errno
 import io
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -105,7 +106,13 @@ def test_shell_turns_logging_on_and_off(tmp_path: Path) -> None:
     assert rig.logger.status()[-1] == "Not logging"
     rig.logger.on()
     rig.run(2.0)
-    assert "Log file: ./log/2026-01-01/00_00_00.ulg" in rig.logger.status()
+    lines = rig.logger.status()
+    assert "Log file: ./log/2026-01-01/00_00_00.ulg" in lines
+    told = re.fullmatch(
+        r"Since last status: dropouts: 0 \(max len: 0.000 s\), max used buffer: (\d+) / 1024000 B", lines[-1]
+    )
+    assert told is not None and int(told[1]) > 0
+    assert "max used buffer: 0 /" in rig.logger.status()[-1]
     rig.logger.off()
     rig.run(2.0)
     assert rig.logger.status()[-1] == "Not logging"

@@ -1,6 +1,7 @@
 """The shell's commands, one file each, named as PX4's module or system command.
 
-Listed is what does something here; a command of PX4 that is missing is as unknown as one of which PX4 does not know.
+Listed is what does something here, or says whether it runs. As unknown as a command of which PX4 does not know are
+those that act on the machine (bsondump, dyn, sd_bench, list_files, list_tasks) and PX4's own tests.
 """
 
 from sitl_emu.autopilot.control.mc_autotune import McAutotune
@@ -15,7 +16,9 @@ from sitl_emu.autopilot.shell.commands import (
     failure,
     flight_mode_manager,
     gimbal,
+    gyro_calibration,
     land_detector,
+    led_control,
     listener,
     logger,
     mavlink,
@@ -23,24 +26,58 @@ from sitl_emu.autopilot.shell.commands import (
     navigator,
     param,
     payload_deliverer,
+    perf,
     pwm_out_sim,
     sensors,
     shutdown,
+    simulator_mavlink,
+    simulator_sih,
     sleep,
     system_time,
+    tune_control,
     uorb,
     ver,
+    work_queue,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 
+NOT_STARTED = (
+    "airship_att_control",
+    "airspeed_selector",
+    "attitude_estimator_q",
+    "fw_att_control",
+    "fw_autotune_attitude_control",
+    "fw_lat_lon_control",
+    "fw_mode_manager",
+    "fw_rate_control",
+    "local_position_estimator",
+    "mag_bias_estimator",
+    "msp_osd",
+    "replay",
+    "rover_differential",
+    "rover_mecanum",
+    "send_event",
+    "sensor_agp_sim",
+    "sensor_airspeed_sim",
+    "temperature_compensation",
+    "uuv_att_control",
+    "uuv_pos_control",
+    "vtol_att_control",
+)
+"""Modules that PX4's simulation has (boards/px4/sitl/default.px4board) and that no vehicle of ours starts."""
 MODULES: dict[str, module.Runs] = {
+    **dict.fromkeys(NOT_STARTED, module.never),
     **{name: module.of_kind(name) for kind in VehicleKind for name in sorted(kind.traits.modules)},
     "battery_simulator": lambda vehicle: vehicle.sensors.battery_simulator.runs,
+    "camera_feedback": lambda vehicle: vehicle.camera_trigger is not None,
     "failure_injection_manager": module.always,
     "load_mon": module.always,
     "manual_control": module.always,
     "mc_autotune_attitude_control": module.was_started(McAutotune),
     "rc_update": module.always,
+    "sensor_baro_sim": lambda vehicle: vehicle.sensors.simulates_baro,
+    "sensor_gps_sim": lambda vehicle: vehicle.sensors.simulates_gps,
+    "sensor_mag_sim": lambda vehicle: vehicle.sensors.simulates_mag,
     "system_power_simulator": module.always,
     "tone_alarm": module.always,
 }
@@ -55,18 +92,25 @@ COMMANDS: dict[str, Command] = {
     "failure": failure.main,
     "flight_mode_manager": flight_mode_manager.main,
     "gimbal": gimbal.main,
+    "gyro_calibration": gyro_calibration.main,
     "land_detector": land_detector.main,
+    "led_control": led_control.main,
     "listener": listener.main,
     "logger": logger.main,
     "mavlink": mavlink.main,
     "navigator": navigator.main,
     "param": param.main,
     "payload_deliverer": payload_deliverer.main,
+    "perf": perf.main,
     "pwm_out_sim": pwm_out_sim.main,
     "sensors": sensors.main,
     "shutdown": shutdown.main,
+    "simulator_mavlink": simulator_mavlink.main,
+    "simulator_sih": simulator_sih.main,
     "sleep": sleep.main,
     "system_time": system_time.main,
+    "tune_control": tune_control.main,
     "uorb": uorb.main,
     "ver": ver.main,
+    "work_queue": work_queue.main,
 }

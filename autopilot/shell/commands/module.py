@@ -17,6 +17,11 @@ def always(vehicle: Vehicle) -> bool:
     return True
 
 
+def never(vehicle: Vehicle) -> bool:
+    """PX4 has it, and no vehicle of ours."""
+    return False
+
+
 def of_kind(name: str) -> Runs:
     """Kinds of vehicle have it whose start-up script starts a module of this name."""
     return lambda vehicle: name in vehicle.topics.vehicle_status.vehicle_kind.traits.modules
