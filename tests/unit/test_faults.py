@@ -201,7 +201,7 @@ def test_the_battery_is_set_and_drained() -> None:
 def test_px4s_own_battery_keeps_the_charge_of_a_fault(throttle: float) -> None:
     """Neither SIM_BAT_MIN_PCT, 50 %, nor disarming undoes it."""
     run = FakeRun([fault(1.0, battery_charge=0.1)], throttle, model="sihsim_hex")
-    told = [message.remaining_pct for message in run.fly(5.0) if isinstance(message, SimulatedBattery)]
+    told = [round(message.state_of_charge) for message in run.fly(5.0) if isinstance(message, SimulatedBattery)]
     assert told[3] > 90 and set(told[7:]) == {10}
 
 
