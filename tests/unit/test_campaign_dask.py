@@ -1,5 +1,6 @@
 """A campaign and its Dask cluster: what is said of one that is not there, and of one that goes away."""
 
+import asyncio
 import contextlib
 import json
 import shutil
@@ -112,6 +113,32 @@ def test_a_scheduler_that_goes_away_takes_its_runs_along_and_is_not_waited_for(t
         assert future.cancelled()
         pool.stop()
     assert pool.gone == f"--dask {cluster.scheduler_address}: the scheduler has gone; the same command goes on"
+
+
+def test_a_scheduler_that_hangs_is_told_of_the_end_once_and_not_waited_for(
+    cluster: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C was not heard for as long as the scheduler hung."""
+    told = list[str]()
+
+    async def hang(name: str) -> None:
+        told.append(name)
+        await asyncio.Event().wait()
+
+    with dask_pool.on_dask(cluster.scheduler_address) as pool:
+        cluster.scheduler.handlers["event_set"] = hang
+        monkeypatch.setattr(dask_pool, "ANSWER_S", 0.5)
+        pool.stop()
+    assert len(told) == 1
+
+
+def test_a_worker_that_does_not_answer_at_the_start_is_told(cluster: Any) -> None:
+    async def broadcast(**_: object) -> None:
+        raise TimeoutError("timed out after 10 s")
+
+    cluster.scheduler.handlers["broadcast"] = broadcast
+    with pytest.raises(Trouble, match="its scheduler or a worker does not answer; end the one that hangs"):
+        dask_pool.on_dask(cluster.scheduler_address).__enter__()
 
 
 def test_a_campaign_whose_scheduler_has_gone_says_so_and_reports_what_is_there(

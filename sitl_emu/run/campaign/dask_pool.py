@@ -9,6 +9,7 @@ import asyncio
 import contextlib
 import logging
 import tempfile
+import threading
 import uuid
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
@@ -58,20 +59,22 @@ def on_dask(address: str) -> Iterator[Pool]:
         _expect_versions(client, address)
         places = sum(_answer(client, client.nthreads).values())
         executor, over = client.get_executor(pure=False), f"sitl-emu-{uuid.uuid4()}"
-        stopping = distributed.Event(over, client=client)
+        stopping, told = distributed.Event(over, client=client), threading.Event()
 
         def submit(job: Job) -> "Future[Result]":
             submitted: Future[Result] = executor.submit(_fly_on_worker, job, over, __version__)
             return submitted
 
         def stop() -> None:
-            if client.status == "running":  # else the scheduler has gone, and would be waited for each time
-                with contextlib.suppress(OSError):
-                    stopping.set()
+            # once, and not where the scheduler has gone: each time would be waited for
+            if client.status == "running" and not told.is_set():
+                told.set()
+                with contextlib.suppress(Trouble):
+                    _answer(client, stopping.set)
             executor.shutdown(wait=False)
 
         def lacking() -> str:
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(Trouble):
                 if client.status == "running" and not _answer(client, client.nthreads):
                     return f"--dask {address}: no workers there: start `dask worker {address} --nthreads 1`"
             return ""
@@ -85,12 +88,16 @@ def on_dask(address: str) -> Iterator[Pool]:
 
 
 def _answer(client: Any, ask: Callable[[], Any]) -> Any:
-    """What a client's method answers, whose own wait has no end. Raises OSError, of which TimeoutError is one."""
+    """What a client's method answers, whose own wait has no end. Raises Trouble."""
 
     async def asked() -> Any:
         return await ask()
 
-    return client.sync(asked, callback_timeout=ANSWER_S)
+    try:
+        return client.sync(asked, callback_timeout=ANSWER_S)
+    except OSError:  # of which TimeoutError is one
+        address = client.scheduler.address
+        raise Trouble(f"--dask {address}: its scheduler or a worker does not answer; end the one that hangs") from None
 
 
 def _fly_on_worker(job: Job, over: str, version: str) -> Result:
@@ -161,11 +168,7 @@ def _expect_scheduler(address: str) -> None:
 
 def _expect_versions(client: Any, address: str) -> None:
     """Raise Trouble for workers that would fly something else."""
-    try:
-        versions = _answer(client, lambda: client.run(_version, on_error="return"))
-    except OSError:
-        raise Trouble(f"--dask {address}: not all of its workers answer; end those that hang") from None
-    for worker, version in versions.items():
+    for worker, version in _answer(client, lambda: client.run(_version, on_error="return")).items():
         if version != __version__:
             raise Trouble(f"--dask {address}: {_differs(worker, version, __version__)}")
 
