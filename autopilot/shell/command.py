@@ -24,6 +24,7 @@ from sitl_emu.autopilot.sensors.gyro_calibration import GyroCalibration
 from sitl_emu.autopilot.sensors.sensors import Sensors
 from sitl_emu.autopilot.storage.dataman import Dataman
 from sitl_emu.autopilot.topics import Topics
+from sitl_emu.autopilot.vision_target_estimator.vision_target_estimator import VisionTargetEstimator
 
 WAIT = ""
 """Yielded by a command that waits for the next tick."""
@@ -47,6 +48,7 @@ class Vehicle(Protocol):
     outgoing: OutgoingCommands
     sensors: Sensors
     gyro_calibration: GyroCalibration
+    vision_target_estimator: VisionTargetEstimator | None
     estimator: Estimator
     navigator: Navigator
     payload_deliverer: PayloadDeliverer

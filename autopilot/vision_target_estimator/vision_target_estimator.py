@@ -54,9 +54,12 @@ class VisionTargetEstimator:
 
     def __init__(self, topics: Topics, parameters: Parameters) -> None:
         self._topics, self._parameters = topics, parameters
-        self._is_enabled = bool(parameters["VTE_EN"]) and bool(parameters["VTE_POS_EN"])
+        self.was_started = bool(parameters["VTE_EN"])
+        """By PX4's start-up script (rc.mc_apps)."""
+        self._is_enabled = self.was_started and bool(parameters["VTE_POS_EN"])
         self._looked_us = 0
-        self._runs = False
+        self.runs = False
+        """A precision landing is flown."""
         self._landing: Place | None = None
         """Where the vehicle is to land, since it is known; `_place`: the one that the filter began with."""
         self._place: Place | None = None
@@ -74,16 +77,16 @@ class VisionTargetEstimator:
 
     def update(self, now_us: int) -> None:
         """At 50 Hz, after the navigator."""
-        if not self._is_enabled or (not self._runs and now_us - self._looked_us < LOOKS_EVERY_US):
+        if not self._is_enabled or (not self.runs and now_us - self._looked_us < LOOKS_EVERY_US):
             return
         self._looked_us = now_us
         if not self._is_wanted(now_us):
-            self._runs = False
+            self.runs = False
             self._forget()
             return
-        begins = not self._runs
+        begins = not self.runs
         if begins:
-            self._runs, self._landing, self._by_receiver = True, None, None
+            self.runs, self._landing, self._by_receiver = True, None, None
             self._gps, self._report = self._topics.sensor_gps, self._topics.fiducial_marker_pos_report
         self._landing = self._landing or self._item_place() or self._setpoint_place()
         if begins or (self._axes and now_us - self._fused_us >= self._us("VTE_BTOUT")):

@@ -5,6 +5,7 @@ import pytest
 from sitl_emu.autopilot.topics import GroundTruth
 from tests.unit.shell_console import Console
 
+VTE = "vision_target_estimator status"
 FAILED = "Command '{}' failed, returned {}.\n"
 
 
@@ -115,3 +116,22 @@ def test_what_is_not_understood_fails_with_the_usage(hexacopter: Console, line: 
 
 def test_play_needs_something_to_play(hexacopter: Console) -> None:
     assert hexacopter.output("tune_control play").startswith("WARN  [tune_control] Missing argument\nUsage: ")
+
+
+def test_vision_target_estimator_tells_what_it_may_use(hexacopter: Console) -> None:
+    """Lines as a real one prints them (sihsim_hex); VTE_EN 0 leaves it out of a start (rc.mc_apps)."""
+    told = [line.removeprefix("INFO  [vision_target_estimator] ") for line in hexacopter.output(VTE).splitlines()]
+    assert told == [
+        "VTE running",
+        "target model: static",
+        "work queue: wq:vte",
+        "current task: none",
+        "task mask: 0x01 (prec_land: yes, debug: no)",
+        "aid mask: 0x000e",
+        "  vision pos: yes, target gps pos: no, mission pos: yes",
+        "  uav gps vel: yes, target gps vel: no",
+        "position vte: enabled: yes, available: yes, running: no, fusing: yes, timed out: no",
+        "orientation vte: enabled: no, available: no, running: no, fusing: no, timed out: no",
+    ]
+    assert Console("sihsim_hex", VTE_EN=0).output(VTE).startswith("INFO  [px4] not running\n")
+    assert Console("rover").output(VTE).startswith("INFO  [px4] not running\n")

@@ -37,6 +37,7 @@ from sitl_emu.autopilot.shell.commands import (
     tune_control,
     uorb,
     ver,
+    vision_target_estimator,
     work_queue,
 )
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
@@ -112,5 +113,6 @@ COMMANDS: dict[str, Command] = {
     "tune_control": tune_control.main,
     "uorb": uorb.main,
     "ver": ver.main,
+    "vision_target_estimator": vision_target_estimator.main,
     "work_queue": work_queue.main,
 }
