@@ -4,6 +4,8 @@ import math
 
 from sitl_emu import vehicles
 from sitl_emu.autopilot.autopilot import Autopilot
+from sitl_emu.autopilot.control.peripherals import with_peripherals
+from sitl_emu.autopilot.topics import ActuatorOutputs, LandingGear, ManualControlSetpoint
 from sitl_emu.core.simulator_api import HilActuatorControls
 from sitl_emu.world.ground import FlatGround
 from sitl_emu.world.simulator import Home, VehicleSimulator
@@ -65,3 +67,20 @@ def test_a_gripper_on_an_output() -> None:
     assert bench.pwm[3] == 2000
     assert bench.command(DO_GRIPPER, 1.0, RELEASE) == IN_PROGRESS
     assert bench.pwm[3] == 1000
+
+
+def test_outputs_at_an_end_and_of_gear_parachute_and_sticks() -> None:
+    """As a real PX4 v1.18 told in SERVO_OUTPUT_RAW; sticks that are lost let go of their outputs."""
+    functions = {"PWM_MAIN_FUNC7": 1, "PWM_MAIN_FUNC8": 2, "PWM_MAIN_FUNC9": 400, "PWM_MAIN_FUNC10": 401}
+    sticks = {"PWM_MAIN_FUNC11": 402, "PWM_MAIN_FUNC12": 404, "PWM_MAIN_FUNC13": 407}
+    bench = Bench("sihsim_hex", **functions, **sticks, PWM_MAIN_FUNC14=420, PWM_MAIN_FUNC15=440)
+    assert bench.pwm == [900] * 15
+    assert bench.command(ARM_DISARM, 1.0, FORCE) == ACCEPTED
+    assert bench.pwm[6:] == [1000, 2000, 1000, 1000, 900, 900, 900, 900, 1500]
+    topics = bench.autopilot.topics
+    topics.manual_control_setpoint = ManualControlSetpoint(
+        bench.autopilot.now_us, True, roll=0.5, throttle=-1.0, aux=(0.2, 0.0, 0.0, 0.0, 0.0, 0.0)
+    )
+    topics.landing_gear = LandingGear(bench.autopilot.now_us, 1)
+    outputs = with_peripherals(topics, [400, 402, 404, 407], ActuatorOutputs(0, (0.0,) * 4, (900.0,) * 4))
+    assert outputs.pwm == (2000, 1750, 1000, 1600)
