@@ -429,3 +429,17 @@ def test_a_mission_is_there_once_the_checks_have_looked() -> None:
     assert rover.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == DENIED
     rover.run(0.2)
     assert rover.set_mode(4, 4) == ACCEPTED
+
+
+@pytest.mark.parametrize("sub", [5, 6])
+def test_who_flies_in_a_mode_that_prevents_arming_passes_the_checks(vehicle: FakeVehicle, sub: int) -> None:
+    """ModeChecks::checkAndReport looks at disarmed vehicles; a real PX4 v1.18 that returns has PREARM_CHECK healthy."""
+    vehicle.set_mode(4, sub)
+    vehicle.run(0.2)
+    assert not vehicle.topics.health_report.can_arm_mode_flags >> vehicle.mode & 1
+    vehicle.set_mode(4, 3)
+    vehicle.take_off(10.0)
+    vehicle.set_mode(4, sub)
+    vehicle.run(0.3)
+    assert (vehicle.armed, vehicle.mode) == (True, NavState.AUTO_RTL if sub == 5 else NavState.AUTO_LAND)
+    assert vehicle.topics.health_report.can_arm_mode_flags >> vehicle.mode & 1

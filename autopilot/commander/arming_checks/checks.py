@@ -194,7 +194,9 @@ class HealthAndArmingChecks:
         flags = findings.flags()
         sticks_lost = topics.failsafe_flags.manual_control_signal_lost  # the modes' check is before that of sticks
         can_run = runnable_modes(flags._replace(manual_control_signal_lost=sticks_lost), flies=flies)
-        can_arm = can_run & ~PREVENT_ARMING_MODES & ~findings.arming_forbidden
+        can_arm = can_run & ~findings.arming_forbidden
+        if not topics.vehicle_status.armed:  # who flies in one of them is told to be ready all the same (ModeChecks)
+            can_arm &= ~PREVENT_ARMING_MODES
         nav_state = topics.vehicle_status.nav_state
         present = PRESENT
         present |= sum(bit for component, bit in WHILE_FOUND if findings.health_present & component)
