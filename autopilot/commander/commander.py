@@ -132,6 +132,8 @@ class Commander:
         self._links = DataLinks(topics, parameters, say)
         self._failure_detector = FailureDetector(topics, parameters)
         self._checks_due_us = 0
+        self._setpoint = topics.offboard_setpoint
+        self._parameters_seen = parameters.version
         self._now_us = 0
         self._heading_resets = 0
         self._home_altitude = HomeAltitude(topics)
@@ -153,6 +155,8 @@ class Commander:
             return None
         self._choose_nav_state(now_us)
         self._publish_vehicle_status(now_us)
+        if self._are_checks_due(now_us):
+            self._checks.update(now_us)
         result = self._handlers.handle(now_us, command)
         self._checks_due_us = 0
         self._published = ()  # whatever has come of it, PX4 tells its status after a command: that wakes the navigator
@@ -183,7 +187,7 @@ class Commander:
         self._disarm_by_itself(now_us)
         links_changed = self._links.update(now_us)
         self._choose_nav_state(now_us)
-        if links_changed or now_us >= self._checks_due_us:
+        if self._are_checks_due(now_us) or links_changed:
             self._checks_due_us = now_us + CHECKS_INTERVAL_US
             self._publish_vehicle_status(now_us)  # the checks are those of the mode that has just been chosen
             self._checks.update(now_us)
@@ -192,6 +196,15 @@ class Commander:
             self._arm_on_boot(now_us)
         self._publish_vehicle_status(now_us)
         self._take_navigator_commands(now_us)
+
+    def _are_checks_due(self, now_us: int) -> bool:
+        """Ten times a second, behind a command, as soon as a parameter is another one, and as soon as setpoints come
+        that were not heard before, so that OFFBOARD may be asked for right behind the first (offboardControlCheck)."""
+        setpoint, parameters = self._topics.offboard_setpoint, self._parameters.version
+        is_heard = setpoint is not self._setpoint and self._topics.failsafe_flags.offboard_control_signal_lost
+        is_other = parameters != self._parameters_seen
+        self._setpoint, self._parameters_seen = setpoint, parameters
+        return now_us >= self._checks_due_us or is_heard or is_other
 
     def _turns_off(self, now_us: int) -> bool:
         """An empty battery turns off who is not armed: nobody commands it any more, in a minute it is off."""

@@ -45,6 +45,8 @@ async def main(address: str, port: int) -> None:
     print("parameters", len((await drone.param.get_all_params()).float_params) > 500, flush=True)
 
     await drone.param.set_param_float("COM_OF_LOSS_T", 10.0)  # its time runs faster than that of a busy machine
+    corners = [(position.latitude_deg + 2e-4, position.longitude_deg), (position.latitude_deg, position.longitude_deg)]
+    await drone.mission.upload_mission(MissionPlan([item(*corner) for corner in corners]))
     await drone.action.set_takeoff_altitude(10)
     await drone.action.arm()
     await drone.action.takeoff()
@@ -53,8 +55,6 @@ async def main(address: str, port: int) -> None:
             break
     print("in the air", flush=True)
 
-    corners = [(position.latitude_deg + 2e-4, position.longitude_deg), (position.latitude_deg, position.longitude_deg)]
-    await drone.mission.upload_mission(MissionPlan([item(*corner) for corner in corners]))
     await drone.mission.start_mission()
     async for progress in drone.mission.mission_progress():
         if progress.current == progress.total:

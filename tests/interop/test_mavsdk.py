@@ -16,6 +16,15 @@ def test_a_mavsdk_script_flies_the_vehicle(model: str, instance: int) -> None:
         until(telemetry, "health_all_ok", bool)
         start = until(telemetry, "position", lambda p: math.isfinite(p.latitude_deg))
 
+        corners = [place(n, e, start.latitude_deg, start.longitude_deg) for n, e in ((30, 0), (0, 0))]
+        items = [
+            MissionItem(
+                latitude_deg=lat, longitude_deg=lon, relative_altitude_m=12.0, speed_m_s=5.0, is_fly_through=True
+            )
+            for lat, lon in corners
+        ]
+        mission.upload_mission(MissionPlan(items))
+
         action.set_takeoff_altitude(10.0)
         action.arm()
         action.takeoff()
@@ -32,14 +41,6 @@ def test_a_mavsdk_script_flies_the_vehicle(model: str, instance: int) -> None:
         )
         assert there.relative_altitude_m == pytest.approx(15.0, abs=1.5)
 
-        corners = [place(n, e, start.latitude_deg, start.longitude_deg) for n, e in ((30, 0), (0, 0))]
-        items = [
-            MissionItem(
-                latitude_deg=lat, longitude_deg=lon, relative_altitude_m=12.0, speed_m_s=5.0, is_fly_through=True
-            )
-            for lat, lon in corners
-        ]
-        mission.upload_mission(MissionPlan(items))
         mission.start_mission()
         until(
             mission,

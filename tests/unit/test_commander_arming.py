@@ -8,7 +8,7 @@ from sitl_emu.autopilot.commander.commander import Commander
 from sitl_emu.autopilot.commands.outgoing_commands import OutgoingCommands
 from sitl_emu.autopilot.constants import NavState
 from sitl_emu.autopilot.events.events import layout
-from sitl_emu.autopilot.topics import LoggerStatus, ManualControlSetpoint
+from sitl_emu.autopilot.topics import LoggerStatus, ManualControlSetpoint, OffboardSetpoint, TrajectorySetpoint
 from sitl_emu.autopilot.vehicle_kind import VehicleKind
 from sitl_emu.core import dialect as mavlink
 from tests.typed import now
@@ -417,18 +417,44 @@ def test_what_does_not_fly_takes_off_without_a_position(kind: VehicleKind, may: 
     assert (local_position >> NavState.AUTO_TAKEOFF & 1, local_position >> NavState.AUTO_LOITER & 1) == (not may, 1)
 
 
-def test_a_mission_is_there_once_the_checks_have_looked() -> None:
-    """Ten times a second (Commander::run): a real PX4 refuses most that start one right behind its MISSION_ACK."""
+def driving_with_a_mission() -> FakeVehicle:
+    """Right behind its MISSION_ACK."""
     rover = FakeVehicle(VehicleKind.ROVER_ACKERMANN)
     rover.run(3.0)
     rover.arm()
     rover.run(1.02)
     rover.upload(item(mavlink.MAV_CMD_NAV_WAYPOINT, 20, 0), item(mavlink.MAV_CMD_NAV_WAYPOINT, 20, 20))
     rover.step()
+    return rover
+
+
+def test_a_mission_is_there_once_the_checks_have_looked() -> None:
+    """Ten times a second (Commander::run): a real PX4 refuses most that start one right behind its MISSION_ACK."""
+    assert driving_with_a_mission().result(mavlink.MAV_CMD_MISSION_START, 0, 0) == DENIED
+    rover = driving_with_a_mission()
     assert rover.set_mode(4, 4) == TEMPORARILY_REJECTED
-    assert rover.result(mavlink.MAV_CMD_MISSION_START, 0, 0) == DENIED
-    rover.run(0.2)
-    assert rover.set_mode(4, 4) == ACCEPTED
+    assert rover.set_mode(4, 4) == ACCEPTED, "behind a command the checks look"
+
+
+def test_offboard_may_be_asked_for_right_behind_the_first_setpoint(vehicle: FakeVehicle) -> None:
+    """As MAVSDK does it; the checks look as soon as one comes (Commander::offboardControlCheck)."""
+    vehicle.take_off(10.0)
+    vehicle.run(0.52)
+    assert vehicle.set_mode(6) == TEMPORARILY_REJECTED
+    vehicle.run(0.52)
+    vehicle.topics.offboard_setpoint = OffboardSetpoint(
+        vehicle.now_us, trajectory=TrajectorySetpoint(position=(0.0, 0.0, -5.0))
+    )
+    assert vehicle.set_mode(6) == ACCEPTED
+
+
+def test_the_checks_look_as_soon_as_a_parameter_is_another(vehicle: FakeVehicle) -> None:
+    """Commander::run, where parameters are updated."""
+    vehicle.run(0.52)
+    before = vehicle.topics.health_report
+    vehicle.parameters.set("COM_ARM_WO_GPS", 0)
+    vehicle.step()
+    assert vehicle.topics.health_report is not before
 
 
 @pytest.mark.parametrize("sub", [5, 6])
