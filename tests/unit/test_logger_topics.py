@@ -16,6 +16,7 @@ from sitl_emu.autopilot.mavlink.context import BOOT_UNIX_US
 from sitl_emu.autopilot.parameters import Parameters
 from sitl_emu.autopilot.sensors.sensor_calibration import DEVICE_IDS
 from sitl_emu.autopilot.sensors.sensors import Sensors
+from sitl_emu.autopilot.sensors.vehicle_acceleration import AccelerationFilter
 from sitl_emu.autopilot.storage import storage
 from sitl_emu.autopilot.topics import (
     NOT_NEW,
@@ -387,11 +388,13 @@ def test_raw_sensors_are_logged_as_their_drivers_tell_them(tmp_path: Path) -> No
     offsets = {"CAL_ACC0_XOFF": 0.5, "CAL_GYRO0_ZOFF": 0.1, "CAL_MAG0_YOFF": 0.05, "CAL_BARO0_OFF": 50.0}
     rig = Rig(tmp_path, SDLOG_MODE=2, **calibrated, **offsets)
     sensors = Sensors(rig.topics, rig.parameters)
+    acceleration = AccelerationFilter(rig.topics, rig.parameters)
     for _ in range(500):
         told = HilSensor(
             rig.now_us + TICK_US, 1.0, 2.0, -9.8, 0.1, 0.2, 0.3, 0.2, 0.0, 0.4, 955.0, 0.0, 0.0, 15.0, 0x1FFF, 0
         )
         rig.now_us = sensors.update([told])
+        acceleration.update(rig.now_us)
         rig.logger.update(rig.now_us)
     rig.logger.shut_down()
     log = rig.read(FIRST)
