@@ -16,7 +16,6 @@ import math
 from collections.abc import Callable, Generator, Sequence
 from typing import NamedTuple
 
-from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.camera_model import CameraPose
 from sitl_emu.missions.companion.confirmation import Confirming
@@ -53,7 +52,7 @@ class Runs:
         self._runs: list[_Run] = []
 
     def update(self, boxes: Sequence[Detection], locate: Locate) -> list[tuple[Detection, Corner]]:
-        """A frame; the boxes that complete a run, and where they are."""
+        """A frame; the boxes that complete a run, and where they are, metres north and east (`locate`)."""
         before, self._runs, complete = self._runs, [], []
         for box in sorted(boxes, key=lambda one: -one.score):
             place_m = locate(box)
@@ -70,7 +69,7 @@ class Runs:
 
 
 class AsPrinted(Flight):
-    """See the module."""
+    """The flight that the module describes. Places: metres north and east of home, heights above it (`Flight`)."""
 
     _runs: Runs | None = None
     _called: tuple[Place, ...] = ()
@@ -112,7 +111,6 @@ class AsPrinted(Flight):
     def _over(self, place: Place) -> Generator[None, None, Place]:
         yield from self.travel.to(place.place_m, self._standing_m(place.place_m), STANDING_M)
         self._given_back = self.onboard.given_back
-        yield from steps.pause(self.onboard, 0.0)
         self.check()
         aborts.check_location(places.sigma_m(place, self.over_ground_m, self.settings.ground_sigma_m))
         return place
