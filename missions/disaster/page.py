@@ -16,7 +16,9 @@ SIGHTING_COLOUR = "#ff6d00"
 
 def page(figures: Figures) -> Page:
     """From the figures of its score (`score.py`)."""
-    marks = [Mark(one["north_m"], one["east_m"], "located edge", PLACE_COLOUR) for one in figures["diverted"]]
+    marks = [
+        Mark(one["north_m"], one["east_m"], f"located {one['located']}", PLACE_COLOUR) for one in figures["diverted"]
+    ]
     marks += [
         Mark(one["north_m"], one["east_m"], "middle by one frame", SIGHTING_COLOUR, "+") for one in figures["sightings"]
     ]
@@ -117,4 +119,4 @@ def _diversions(diverted: Sequence[Mapping[str, Any]]) -> Table:
         (one["time_s"], one["vehicle"], one["label"], one["error_m"], one["sigma_m"], "yes" if one["false"] else "no")
         for one in diverted
     ]
-    return Table(("diverted, s", "vehicle", "to", "error of the edge, m", "stated sigma, m", "false"), rows)
+    return Table(("diverted, s", "vehicle", "to", "error of what is located, m", "stated sigma, m", "false"), rows)

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from sitl_emu.autopilot.shell.command import SUCCESS, Output, Vehicle, usage
+from sitl_emu.autopilot.shell.options import NOT_UNDERSTOOD
 
 COMMANDS = (("reset", "counts anew"), ("latency", "how late its timer was"))
-NOT_UNDERSTOOD = -1
 
 
 def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
