@@ -1,4 +1,4 @@
-"""Where the loose bodies of a finished run were: those of its world, and the parcels that were released in it.
+"""Where the loose bodies of a run were: those of its world, and the parcels that were released in it.
 
 The run's folder holds it all: loose.csv the poses (`recorder.py`), the world file and scenario.yaml what each body is.
 """
@@ -6,6 +6,7 @@ The run's folder holds it all: loose.csv the poses (`recorder.py`), the world fi
 import bisect
 import contextlib
 import csv
+import io
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -60,17 +61,20 @@ class LooseInRun:
 
 
 def _rows(path: Path) -> Iterator[tuple[float, str, tuple[float, float, float], tuple[float, float, float, float]]]:
-    """Time, name, place (NED) and attitude of each line; none where there is no such file. Raises Trouble."""
+    """Time, name, place (NED) and attitude of each line; none where there is no such file. Raises Trouble.
+
+    A last line that does not end is being written.
+    """
     if not path.is_file():
         return
-    with path.open(newline="", encoding="utf-8") as file:
-        table = csv.DictReader(file)
-        for row in table:
-            try:
-                time_s, north, east, down, w, x, y, z = (float(row[key]) for key in LOOSE_COLUMNS if key != "name")
-                yield time_s, row["name"], (north, east, down), (w, x, y, z)
-            except (KeyError, TypeError, ValueError):
-                raise Trouble(f"{path}: line {table.line_num}: must be {','.join(LOOSE_COLUMNS)}") from None
+    whole, end, _ = path.read_text(encoding="utf-8").rpartition("\n")
+    table = csv.DictReader(io.StringIO(whole + end))
+    for row in table:
+        try:
+            time_s, north, east, down, w, x, y, z = (float(row[key]) for key in LOOSE_COLUMNS if key != "name")
+            yield time_s, row["name"], (north, east, down), (w, x, y, z)
+        except (KeyError, TypeError, ValueError):
+            raise Trouble(f"{path}: line {table.line_num}: must be {','.join(LOOSE_COLUMNS)}") from None
 
 
 def _parcels(folder: Path) -> dict[str, Loose]:

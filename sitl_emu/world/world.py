@@ -186,10 +186,7 @@ class World:
             )
         made: dict[str, Any] = {"outline": [list(corner) for corner in self.description.area_m], "objects": objects}
         if self.solids is not None and (poses := self.solids.loose_poses()):
-            made["loose"] = [
-                {"name": described.name, "label": described.label, "place_m": [north, east, -down], "q": list(q)}
-                for described, (north, east, down), q, _ in poses
-            ]
+            made["loose"] = loose_truth(poses)
         if areas := self._true_areas(time_s):
             made["areas"] = areas
         return made
@@ -262,6 +259,14 @@ class World:
             return None
         make = getattr(kinds.kind(self.description.kind), what, None)
         return None if make is None else make(self, *arguments)
+
+
+def loose_truth(poses: Sequence[LoosePose]) -> list[dict[str, Any]]:
+    """Loose bodies as `World.truth` has them: `place_m` north, east and up of the origin."""
+    return [
+        {"name": described.name, "label": described.label, "place_m": [north, east, -down], "q": list(q)}
+        for described, (north, east, down), q, _ in poses
+    ]
 
 
 def _terrain(description: WorldDescription, folder: Path) -> ground.Terrain:

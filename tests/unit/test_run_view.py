@@ -19,7 +19,7 @@ from sitl_emu.autopilot.events.events import layout, pack
 from sitl_emu.core import dialect as mavlink
 from sitl_emu.gcs.statustext import messages_of
 from sitl_emu.gcs.tlog import TlogReader, TlogWriter
-from sitl_emu.run.recorder import TRUTH_HEADER
+from sitl_emu.run.recorder import LOOSE_COLUMNS, TRUTH_HEADER
 from sitl_emu.run.trouble import Trouble
 from sitl_emu.run.view.listening import listen
 from sitl_emu.run.view.reading import RunReader
@@ -312,6 +312,28 @@ def test_the_page_is_whole_and_asks_nobody_else(server: PageServer) -> None:
     assert facts["vehicles"] == [{"name": "a", "model": "iris", "camera": [640, 480]}]
     assert json.loads(get(server, "/world.json?t=1e999")[1])["objects"] == []
     assert get(server, "/map.jpg")[0] == 404, "a world without an outline has no picture"
+
+
+def test_what_is_loose_is_shown_where_it_was_then(server: PageServer, folder: Path) -> None:
+    barrel = "{name: barrel, north_m: 0, east_m: 10, mass_kg: 20, cylinder: {radius_m: 0.3, height_m: 1}}"
+    (folder / "world.yaml").write_text(f"{WORLD}loose: [{barrel}]\n")
+
+    def shown(time_s: float) -> dict[str, list[float]]:
+        loose = json.loads(get(server, f"/world.json?t={time_s}")[1]).get("loose", [])
+        return {each["name"]: [round(metres, 3) for metres in each["place_m"]] for each in loose}
+
+    assert shown(9.0) == {"barrel": [0.0, 10.0, 0.5]}, "it has not moved yet"
+    moves = (folder / "loose.csv").open("w", buffering=1)
+    moves.write(",".join(LOOSE_COLUMNS) + "\n5.00,barrel,-3.000,10.000,-0.500,1,0,0,0\n8.00,barrel,-5.0")
+    moves.flush()
+    assert shown(4.0) == {"barrel": [0.0, 10.0, 0.5]}
+    assert shown(9.0) == {"barrel": [-3.0, 10.0, 0.5]}, "a line is being written"
+    moves.write("00,10.000,-0.500,1,0,0,0\n")
+    moves.close()
+    assert shown(9.0) == {"barrel": [-5.0, 10.0, 0.5]}
+    assert shown(6.0) == {"barrel": [-3.0, 10.0, 0.5]}, "a page may go back in time"
+    (folder / "loose.csv").write_text("what is this?\n1\n")
+    assert shown(9.0) == {"barrel": [0.0, 10.0, 0.5]}, "that is none"
 
 
 def test_pictures_of_the_run_are_served_and_nothing_else(server: PageServer, folder: Path) -> None:

@@ -5,8 +5,11 @@ from pathlib import Path
 from typing import Any
 
 from sitl_emu.run import ground_picture, worlds
+from sitl_emu.run.loose_in_run import LooseInRun
+from sitl_emu.run.recorder import LOOSE
+from sitl_emu.run.trouble import Trouble
 from sitl_emu.world.description import WorldError
-from sitl_emu.world.world import World
+from sitl_emu.world.world import World, loose_truth
 
 
 class WorldShown:
@@ -17,12 +20,19 @@ class WorldShown:
         self._world: World | None = None
         self._failed = False
         self._picture: bytes | None = None
+        self._loose: LooseInRun | None = None
+        self._loose_bytes = -1
+        """How much of their file was read."""
 
     def truth(self, time_s: float) -> dict[str, Any]:
-        """`World.truth`; nothing where the world can't be built on this machine."""
+        """`World.truth`, with loose bodies where they were then; nothing where the world can't be built on this
+        machine."""
         with self._lock:
             world = self._built()
-            return world.truth(time_s) if world is not None else {}
+            if world is None:
+                return {}
+            loose = self._loose_bodies(world)
+            return world.truth(time_s) | ({} if loose is None else {"loose": loose_truth(loose.at(time_s))})
 
     def picture(self) -> bytes | None:
         """A JPEG of the area, north up: the run's own, if it has kept one by now, else drawn. None: it can't be."""
@@ -40,6 +50,18 @@ class WorldShown:
         except WorldError:
             return None
         return None if photo is None else ground_picture.encoded(photo)
+
+    def _loose_bodies(self, world: World) -> LooseInRun | None:
+        """None where none has moved, or their file is none."""
+        path = self._folder / LOOSE
+        size = path.stat().st_size if path.is_file() else -1
+        if size != self._loose_bytes:
+            self._loose_bytes = size
+            try:
+                self._loose = LooseInRun(self._folder, world)
+            except Trouble:
+                self._loose = None
+        return self._loose
 
     def _built(self) -> World | None:
         if self._world is None and not self._failed:
