@@ -1,9 +1,9 @@
 """The process of one camera: told a time and a pose, it renders a frame into shared memory and says so.
 
 It also takes the pictures of its vehicle's MAVLink camera, as JPEG files on that one's card, and sends its frames as
-video where that is wanted. A frame is a pure function
-of world, seed, time, pose, motion and zoom, so it does not matter when it is rendered. Automatic exposure with a time
-constant adds the frames before it, which are the same in every run.
+video where that is wanted. A frame is a pure function of world, seed, time, pose, motion and zoom, so it does not
+matter when it is rendered. Automatic exposure with a time constant adds the frames before it, which are the same in
+every run.
 """
 
 import os
@@ -20,7 +20,7 @@ from sitl_emu.run.messages import Photograph, Photographed, Ready, Render, Rende
 from sitl_emu.run.picture_files import jpeg
 from sitl_emu.run.process import StartError, main
 from sitl_emu.run.video_sender import Target, VideoSender
-from sitl_emu.world.camera import STILL, Camera, Image, ShowsVehicles
+from sitl_emu.world.camera import STILL, Camera, Image, Scene, ShowsVehicles
 from sitl_emu.world.description import WorldError
 from sitl_emu.world.imaging.motion import Motion
 from sitl_emu.world.lens import LensError
@@ -39,7 +39,7 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         with large_goes_back():
             scene = world.scene(config.shared_fd)
         described = config.camera
-        camera = Camera(scene, cameras.mount(described), cameras.intrinsics(described), config.name, described.sensor)
+        camera = camera_of(config, scene)
         width, height = camera.intrinsics[:2]
         what = Format(Kind.IMAGE, Encoding.BGR8, height, width)
         ring = RingWriter(config.ring.name, what, config.ring.slots) if config.ring is not None else None
@@ -74,6 +74,13 @@ def run(config: CameraConfig, control: ControlChannel) -> None:
         video.set_running(False)
         if ring is not None:
             ring.close()
+
+
+def camera_of(config: CameraConfig, scene: Scene) -> Camera:
+    """The camera that is described, with the run's noise. Raises LensError."""
+    described = config.camera
+    mount, intrinsics = cameras.mount(described), cameras.intrinsics(described)
+    return Camera(scene, mount, intrinsics, config.name, described.sensor, config.seed)
 
 
 class _Video:

@@ -135,7 +135,7 @@ STILL = Motion()
 class Camera:
     """One camera on one vehicle. `name` gives it a noise of its own. Raises LensError for a lens that can't be.
 
-    `sensor`: None for the plain one.
+    `sensor`: None for the plain one. `seed`: of the noise, a run's; None: that which the scene is painted by.
     """
 
     def __init__(
@@ -145,18 +145,20 @@ class Camera:
         intrinsics: Intrinsics | None = None,
         name: str = "camera",
         sensor: ImageSensor | None = None,
+        seed: int | None = None,
     ) -> None:
         self.mount = mount
         self.intrinsics = intrinsics if intrinsics is not None else Intrinsics()
         # One thread: a run has a camera process per camera, and cores to share.
         cv2.setNumThreads(1)
+        noise_seed = scene.seed if seed is None else seed
         self._sensor: Imager | Plain
         if sensor is not None:
             from sitl_emu.world.imaging import imager  # numba, for whoever asks for it
 
-            self._sensor = imager.Imager(self.intrinsics, sensor, scene.seed, name)
+            self._sensor = imager.Imager(self.intrinsics, sensor, noise_seed, name)
         else:
-            self._sensor = Plain(self.intrinsics, scene.seed, name)
+            self._sensor = Plain(self.intrinsics, noise_seed, name)
         width, height = self._sensor.source
         self._renderer = scene.renderer(width, height, self.intrinsics.focal_px)
         self._to_body = camera_to_body(mount)
