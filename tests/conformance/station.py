@@ -295,9 +295,17 @@ class Station:
             self.command(ARM_DISARM, 0)
 
     def set_mode(self, main: int, sub: int) -> None:
-        """Choose a mode, and see it in the heartbeat."""
-        assert self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, main, sub) == 0
-        assert self.heartbeat().custom_mode == main << 16 | sub << 24
+        """Choose a mode, and see it in a heartbeat: PX4 may send one between its answer and the change."""
+        answer = self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, main, sub)
+        assert answer == 0, f"DO_SET_MODE {main}, {sub} is answered {answer}"
+        wanted, told = main << 16 | sub << 24, None
+        for _ in range(2):
+            told = getattr(self.heartbeat(), "custom_mode", None)
+            if told == wanted:
+                return
+        raise AssertionError(
+            f"DO_SET_MODE {main}, {sub} is accepted, but custom_mode is told to be {told}, not {wanted}"
+        )
 
     def chooses(self, custom_mode: int) -> bool:
         """Whether it is in a mode, or gets there when that is asked for; one that is armed is not asked."""

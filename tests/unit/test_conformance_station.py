@@ -56,6 +56,34 @@ def test_of_several_autopilots_the_first_is_taken_and_the_others_are_named(heard
     assert (station.system, station.others) == (2, [1, 3])
 
 
+@pytest.mark.parametrize(
+    ("answer", "modes", "complaint"),
+    [
+        (0, [HOLD], None),
+        (0, [0, HOLD], None),
+        (0, [0, 0, HOLD], "DO_SET_MODE 4, 3 is accepted, but custom_mode is told to be 0, not 50593792"),
+        (0, [0, None], "DO_SET_MODE 4, 3 is accepted, but custom_mode is told to be None, not 50593792"),
+        (2, [HOLD], "DO_SET_MODE 4, 3 is answered 2"),
+    ],
+)
+def test_a_mode_is_seen_in_one_of_two_heartbeats(
+    heard: tuple[Station, Air],
+    monkeypatch: pytest.MonkeyPatch,
+    answer: int,
+    modes: list[int | None],
+    complaint: str | None,
+) -> None:
+    station, _ = heard
+    beats = iter([None if mode is None else SimpleNamespace(custom_mode=mode) for mode in modes])
+    monkeypatch.setattr(station, "command", lambda *_: answer)
+    monkeypatch.setattr(station, "heartbeat", lambda: next(beats))
+    if complaint is None:
+        station.set_mode(4, 3)
+    else:
+        with pytest.raises(AssertionError, match=f"^{complaint}$"):
+            station.set_mode(4, 3)
+
+
 def test_messages_of_other_systems_are_dropped_once_the_autopilot_is_known(heard: tuple[Station, Air]) -> None:
     station, air = heard
     station.system = 1
