@@ -228,10 +228,12 @@ def test_a_vehicle_that_would_start_in_something_is_told_before_the_run(tmp_path
     )
     file = tmp_path / "scenario.yaml"
     file.write_text(GOOD.replace("{kind: corn_field}", "town.yaml"))
-    status, text = call("run", str(file), "--out", str(tmp_path / "run"))
+    status, text = call("run", str(file), "--isolated", "--out", str(tmp_path / "run"))
     assert status == 2 and f"{file}: vehicles: uas would start in shed, 0.0 m north, 0.0 m east of the world's" in text
-    status, text = call("launch", "iris", "--world", str(tmp_path / "town.yaml"), "--state", str(tmp_path / "state"))
-    assert status == 2 and "iris (instance 0) would start in shed" in text and "a world with room" in text
+    free = "--instance", "180"  # the suites beside this one hold the first ones' ports
+    state = "--state", str(tmp_path / "state")
+    status, text = call("launch", "iris", "--world", str(tmp_path / "town.yaml"), *state, *free)
+    assert status == 2 and "iris (instance 180) would start in shed" in text and "a world with room" in text
 
 
 def test_an_area_that_is_too_large_for_a_map_is_told_and_leaves_no_folder(tmp_path: Path) -> None:
