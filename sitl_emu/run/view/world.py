@@ -52,7 +52,7 @@ class WorldShown:
         return None if photo is None else ground_picture.encoded(photo)
 
     def _loose_bodies(self, world: World) -> LooseInRun | None:
-        """None where none has moved, or their file is none."""
+        """None where loose.csv is none."""
         path = self._folder / LOOSE
         size = path.stat().st_size if path.is_file() else -1
         if size != self._loose_bytes:
