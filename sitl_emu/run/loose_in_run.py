@@ -34,7 +34,8 @@ class LooseInRun:
     """The loose bodies of one run, at any of its times."""
 
     def __init__(self, folder: Path, world: World) -> None:
-        """`world`: the run's, its loose bodies where they began. Raises Trouble for a loose.csv that is none."""
+        """`world`: the run's, its loose bodies where they began. Raises Trouble for a loose.csv that is none, or that
+        can't be read."""
         started = [] if world.solids is None else world.solids.loose_poses()
         self._tracks = {pose.described.name: [At(-math.inf, pose)] for pose in started}
         parcels = _parcels(folder)
@@ -67,7 +68,10 @@ def _rows(path: Path) -> Iterator[tuple[float, str, tuple[float, float, float], 
     """
     if not path.is_file():
         return
-    whole, end, _ = path.read_text(encoding="utf-8").rpartition("\n")
+    try:
+        whole, end, _ = path.read_text(encoding="utf-8").rpartition("\n")
+    except (OSError, UnicodeDecodeError) as error:
+        raise Trouble(f"{path}: can't be read: {error}") from None
     table = csv.DictReader(io.StringIO(whole + end))
     for row in table:
         try:

@@ -52,7 +52,7 @@ class WorldShown:
         return None if photo is None else ground_picture.encoded(photo)
 
     def _loose_bodies(self, world: World) -> LooseInRun | None:
-        """None where loose.csv is none."""
+        """None where loose.csv is none, and they are shown where they began. It is read again when it has grown."""
         path = self._folder / LOOSE
         size = path.stat().st_size if path.is_file() else -1
         if size != self._loose_bytes:
