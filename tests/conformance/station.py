@@ -295,7 +295,8 @@ class Station:
             self.command(ARM_DISARM, 0)
 
     def set_mode(self, main: int, sub: int) -> None:
-        """Choose a mode, and see it in a heartbeat: PX4 may send one between its answer and the change."""
+        """Choose a mode, and see it in one of two heartbeats: PX4 answers (Commander::handle_command) before it
+        publishes the vehicle_status that HEARTBEAT tells, at the end of its loop."""
         answer = self.command(DO_SET_MODE, CUSTOM_MODE_ENABLED, main, sub)
         assert answer == 0, f"DO_SET_MODE {main}, {sub} is answered {answer}"
         wanted, told = main << 16 | sub << 24, None
