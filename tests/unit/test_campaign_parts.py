@@ -14,11 +14,12 @@ from typing import Any
 import pytest
 import yaml
 from arro3.io import read_parquet
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from sitl_emu.cli import app
 from sitl_emu.missions.mission import Mission, Row
-from sitl_emu.missions.reporting import Table
+from sitl_emu.missions.reporting import Plot, Table
 from sitl_emu.run.campaign import dask_pool, flight, pools, report, store, tables
 from sitl_emu.run.campaign.arms import Arm, arms_of, variation
 from sitl_emu.run.campaign.flight import Job, Result
@@ -270,6 +271,22 @@ def test_the_report_has_shares_figures_pairs_what_is_wanted_and_every_run(tmp_pa
     assert "7 runs ✗" in page and "its evaluation failed" in page and "KeyError" in page
     assert "21 of 24 runs" in page and "x: killed" in page and "one &lt;not&gt; found" in page
     assert page.count("data:image/png") == 2 + 1 and "seed 7" in page
+
+
+def test_a_long_name_of_an_arm_leaves_room_for_its_plot(tmp_path: Path) -> None:
+    vary = ["world=flat,urban_flood", "time_limit_s=600", "vehicles.uas.sensors.gps=m8n", "wind.north_m_s=12"]
+    path = tmp_path / "two.yaml"
+    path.write_text(yaml.safe_dump(SCENARIO))
+    made = {arm.name: arm for arm in arms_of(path, [variation(text) for text in vary])}
+    outcome = report.Outcome("two", made, [result(name, 1) for name in made], 2, [], [])
+    (plot,) = (part for part in report.sections_of(outcome)[0].parts if isinstance(part, Plot))
+    axes = Figure(figsize=(9.0, plot.height_in), layout="constrained").subplots()
+    plot.draw(axes)
+    written = [label.get_text() for label in axes.get_yticklabels()]
+    assert [text.replace("\n", " ") for text in written] == list(made)
+    assert max(len(line) for text in written for line in text.split("\n")) <= report.NAME_WIDTH
+    axes.figure.draw_without_rendering()
+    assert axes.get_position().width > 0.6
 
 
 def test_a_campaign_of_nothing_has_a_report_too(tmp_path: Path, arms: list[Arm]) -> None:

@@ -1,6 +1,7 @@
 """report.html of a campaign: what its arms reached, beside one another; tables, intervals, plots, and all its runs."""
 
 import html
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,8 +18,10 @@ from sitl_emu.run.report import STYLE, section_html
 Rows = Sequence[Mapping[str, Any]]
 FEWEST_FOR_A_LINE = 3
 """Values of a key that make an axis of it."""
-NARROW_IN, A_ROW_IN = 1.2, 0.32
-"""A plot's height, and what each arm adds to it."""
+NARROW_IN, A_ROW_IN, A_LINE_IN = 1.2, 0.32, 0.16
+"""A plot's height, what each arm adds to it, and what each further line of an arm's name does."""
+NAME_WIDTH = 36
+"""Characters of a line of an arm's name beside a plot: longer ones leave no room for the plot."""
 
 
 class Outcome(NamedTuple):
@@ -180,8 +183,11 @@ def _plot_of(
 ) -> Plot:
     """An arm a row: every run's value, the mean and its interval."""
 
+    names = list(estimates)
+    written = ["\n".join(textwrap.wrap(name, NAME_WIDTH, break_on_hyphens=False)) or name for name in names]
+    most_lines = max((name.count("\n") for name in written), default=0)
+
     def draw(axes: Any) -> None:
-        names = list(estimates)
         for place, name in enumerate(names):
             there = values.get(name, ())
             axes.scatter(there, [place] * len(there), s=14, color="#90a4ae", alpha=0.6, zorder=2)
@@ -189,14 +195,14 @@ def _plot_of(
             if interval is not None:
                 axes.plot(interval, (place, place), color="#1565c0", linewidth=3, zorder=3)
             axes.scatter([mean], [place], s=46, color="#1565c0", zorder=4)
-        axes.set_yticks(range(len(names)), names)
+        axes.set_yticks(range(len(names)), written)
         axes.set_ylim(len(names) - 0.5, -0.5)
         axes.set_xlabel(label)
         axes.grid(axis="x", alpha=0.3)
         if limits is not None:
             axes.set_xlim(limits[0] - 0.02, limits[1] + 0.02)
 
-    return Plot(draw, NARROW_IN + A_ROW_IN * len(estimates))
+    return Plot(draw, NARROW_IN + (A_ROW_IN + A_LINE_IN * most_lines) * len(names))
 
 
 def _along(key: str, estimates: Estimates, arms: Mapping[str, Arm], label: str) -> Plot:
