@@ -6,8 +6,9 @@ place is the middle of the last of these boxes, as that frame alone places it by
 that place: nothing is looked at again, no plain ground is asked for, and it comes to lie in the area, not beside it.
 What keeps the parcel on board are the vehicle's own reasons (`aborts.py`), an uncertain location among them.
 
-A box that the picture's edge cuts is of no use here, as its middle is not the target's: it enters none of the runs. The
-paper says nothing of such boxes; this is ours.
+Boxes that the picture's edge cuts count as any other, as the paper says nothing of them, though their middles are not
+the target's: a target comes into the picture at its upper edge, and three frames in a row may have passed before all
+of it is seen.
 
 The height in the equations is the camera's above home, or above the ground as mapped with `altitude: terrain`.
 """
@@ -27,7 +28,7 @@ from sitl_emu.missions.disaster.flight import Flight
 from sitl_emu.missions.disaster.flying import STANDING_M
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import Grid
-from sitl_emu.missions.disaster.sightings import is_whole, located
+from sitl_emu.missions.disaster.sightings import located
 
 Locate = Callable[[Detection], Corner | None]
 """Where a box's middle lies by the frame that shows it; None where it is not on the ground."""
@@ -85,7 +86,7 @@ class AsPrinted(Flight):
         def locate(box: Detection) -> Corner | None:
             return located(settings.camera, pose, box, regions, ground_m, settings.location)
 
-        for box, place_m in self._runs.update([box for box in boxes if is_whole(box, settings.camera)], locate):
+        for box, place_m in self._runs.update(boxes, locate):
             if regions.is_asked(*place_m):
                 others = [one for one in self._called if math.dist(one.place_m, place_m) > SAME_M]
                 self._called = (*others, self._place(box, place_m, pose))

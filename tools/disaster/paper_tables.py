@@ -107,14 +107,31 @@ SIGHTING, SIGHTING_MEDIAN, SIGHTED, SIGHTED_FIRST = (
     "a mission's first target located so",
 )  # fmt: skip
 DROPPED = "parcel within 5 m of a target's middle"
+FLOWN_TO = "missions that flew to a target"
 ALARMS, ALARMS_CONFIRMED = "false alarms of one frame", "false alarms of three in a row"
 ABORTED, TERRAIN, HEIGHT = "safely aborted", "terrain RMS error", "height over ground, RMS off"
 AWAY, KEPT_FOR = "parcel from its target, at most", "parcels kept for"
-AS_PRINTED = ["world.options.relief_m=6", f"{OPTIONS}.location=equations", f"{OPTIONS}.engage=detections"]
+AS_PRINTED = [
+    "world.options.relief_m=6",
+    "world.options.ruins=1",
+    "light.visibility_m=230",
+    f"{OPTIONS}.location=equations",
+    f"{OPTIONS}.engage=detections",
+]
+"""One target a mission, and haze, in which from 20 m about the paper's 80 % of scans call to it (`haze.py`): the paper
+names changing light as a reason for what it misses. Chosen by that figure alone; all else that is flown follows."""
 PRINTED = {
-    "paper, fixed": {DROPPED: "14 of 20", RMSE: "3.8 m", FALSE: "2"},
-    "paper, terrain": {DROPPED: "18 of 20", RMSE: "2.3 m", FALSE: "2", TERRAIN: "< 0.8 m", HEIGHT: "< 0.8 m"},
+    "paper, fixed": {DROPPED: "14 of 20", FLOWN_TO: "80 %", RMSE: "3.8 m", FALSE: "2"},
+    "paper, terrain": {
+        DROPPED: "18 of 20",
+        FLOWN_TO: "90 %",
+        RMSE: "2.3 m",
+        FALSE: "2",
+        TERRAIN: "< 0.8 m",
+        HEIGHT: "< 0.8 m",
+    },
 }
+"""Its rate of detection is of missions that detect and centre over a target (its section 2.3)."""
 TABLES = {
     "5": Table(
         "Table 5: fixed altitude and terrain-aware, relief of 6 m",
@@ -208,9 +225,24 @@ def _delivered(those: Summaries) -> str:
 
 def _dropped(those: Summaries) -> str:
     """Wherever it lies, of missions that flew to the middles of targets: the paper's are points."""
-    sought = [one for one in those if any(each["located"] == "middle" for each in one["diverted"])]
+    if not _to_middles(those):
+        return "–"
+    sought = [one for one in those if one["targets_total"]]
     away_m = [[each["to_middle_m"] for each in one["deliveries"]] for one in sought]
     return _share(sum(any(one_m <= 5.0 for one_m in each_m) for each_m in away_m), len(sought))
+
+
+def _flown_to(those: Summaries) -> str:
+    """Of missions with a target, those that flew to the middle of one."""
+    if not _to_middles(those):
+        return "–"
+    sought = [one for one in those if one["targets_total"]]
+    return _share(sum(any(not each["false"] for each in one["diverted"]) for one in sought), len(sought))
+
+
+def _to_middles(those: Summaries) -> bool:
+    """Whether these are flights to middles (`engage: detections`), as any of them tells."""
+    return any(each["located"] == "middle" for one in those for each in one["diverted"])
 
 
 def _aborted(those: Summaries) -> str:
@@ -272,6 +304,7 @@ def _part(name: str) -> Callable[[Summaries], str]:
 ROWS: Mapping[str, Callable[[Summaries], str]] = {
     DELIVERED: _delivered,
     DROPPED: _dropped,
+    FLOWN_TO: _flown_to,
     AWAY: _away,
     ABORTED: _aborted,
     KEPT_FOR: _kept_for,
