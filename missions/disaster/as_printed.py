@@ -1,10 +1,12 @@
 """The flight as the paper prints it, to compare ours with: option `engage: detections`.
 
 Its UAV leaves the line as soon as a box was detected in N frames in a row (`confirmations`, `confirm_score`), flies
-"directly over the target using pixel-to-GPS-derived coordinates" (sections 2.3 and 3) and lets go there. So here the
-place is the middle of the last of these boxes, as that frame alone places it by `location`, and the parcel is for
-that place: nothing is looked at again, no plain ground is asked for, and it comes to lie in the area, not beside it.
-What keeps the parcel on board are the vehicle's own reasons (`aborts.py`), an uncertain location among them.
+"directly over the target using pixel-to-GPS-derived coordinates" (sections 2.3 and 3), "computes a heading-aware nudge
+to center over the target" (its Fig. 5) and lets go there; "if the detection proves false", it resumes the scan. So here
+the place is the middle of the last of these boxes, as that frame alone places it by `location`. From over that place N
+frames in a row have to show a box of the same class again: it goes over the middle of that, until it stands there. No
+plain ground is asked for, and the parcel comes to lie in the area, not beside it. What else keeps the parcel on board
+are the vehicle's own reasons (`aborts.py`), an uncertain location among them.
 
 Boxes that the picture's edge cuts count as any other, as the paper says nothing of them, though their middles are not
 the target's: a target comes into the picture at its upper edge, and three frames in a row may have passed before all
@@ -17,6 +19,7 @@ import math
 from collections.abc import Callable, Generator, Sequence
 from typing import NamedTuple
 
+from sitl_emu.missions.companion import steps
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.camera_model import CameraPose
 from sitl_emu.missions.companion.confirmation import Confirming
@@ -24,7 +27,7 @@ from sitl_emu.missions.companion.detector import Detection
 from sitl_emu.missions.companion.onboard import Script
 from sitl_emu.missions.disaster import aborts, places
 from sitl_emu.missions.disaster.alarms import SAME_M
-from sitl_emu.missions.disaster.flight import Flight
+from sitl_emu.missions.disaster.flight import LOOKED_S, Flight
 from sitl_emu.missions.disaster.flying import STANDING_M
 from sitl_emu.missions.disaster.places import Place
 from sitl_emu.missions.disaster.regions import Grid
@@ -32,6 +35,8 @@ from sitl_emu.missions.disaster.sightings import located
 
 Locate = Callable[[Detection], Corner | None]
 """Where a box's middle lies by the frame that shows it; None where it is not on the ground."""
+NUDGES = 4
+"""So often it goes over the middle of what it sees from above, and lets go in the end; ours, the paper has none."""
 
 
 class _Run(NamedTuple):
@@ -75,6 +80,10 @@ class AsPrinted(Flight):
     _runs: Runs | None = None
     _called: tuple[Place, ...] = ()
     """Where a run has called it to, the last one of each."""
+    _sought: Place | None = None
+    """What it goes to, or stands over."""
+    _above: Place | None = None
+    """The same, as a run shows it since it stands there."""
 
     def look(self, pose: CameraPose, boxes: Sequence[Detection], ground_m: Grid | float) -> None:
         """A frame of the scan."""
@@ -86,10 +95,15 @@ class AsPrinted(Flight):
         def locate(box: Detection) -> Corner | None:
             return located(settings.camera, pose, box, regions, ground_m, settings.location)
 
-        for box, place_m in self._runs.update(boxes, locate):
-            if regions.is_asked(*place_m):
-                others = [one for one in self._called if math.dist(one.place_m, place_m) > SAME_M]
-                self._called = (*others, self._place(box, place_m, pose))
+        shown = [self._place(box, place_m, pose) for box, place_m in self._runs.update(boxes, locate)]
+        if (sought := self._sought) is not None:
+            same = [one for one in shown if one.label == sought.label]
+            self._above = min(same, key=lambda one: math.dist(one.place_m, sought.place_m), default=self._above)
+            return
+        for place in shown:
+            if regions.is_asked(*place.place_m):
+                others = [one for one in self._called if math.dist(one.place_m, place.place_m) > SAME_M]
+                self._called = (*others, place)
 
     def _place(self, box: Detection, place_m: Corner, pose: CameraPose) -> Place:
         away_m = math.dist(place_m, (float(pose.position_m[0]), float(pose.position_m[1])))
@@ -110,9 +124,23 @@ class AsPrinted(Flight):
         return False
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
-        yield from self.travel.to(place.place_m, self._standing_m(place.place_m), STANDING_M)
-        self._given_back = self.onboard.given_back
-        self.check()
+        """Centres over what called it; the place as it is then. Raises Aborted where it is not seen from above."""
+        self._called = ()
+        try:
+            for _ in range(NUDGES):
+                self._sought = place
+                yield from self.travel.to(place.place_m, self._standing_m(place.place_m), STANDING_M)
+                self._given_back = self.onboard.given_back
+                self._runs, self._above = None, None
+                yield from steps.pause(self.onboard, LOOKED_S, until=lambda: self._above is not None)
+                self.check()
+                if self._above is None:
+                    raise aborts.Aborted(aborts.Reason.NOT_PERSISTING, f"{place.label} is not there from above")
+                before_m, place = place.place_m, self._above
+                if math.dist(before_m, place.place_m) <= STANDING_M:
+                    break
+        finally:
+            self._sought = None
         aborts.check_location(places.sigma_m(place, self.over_ground_m, self.settings.ground_sigma_m))
         return place
 

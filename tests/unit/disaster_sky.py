@@ -195,7 +195,7 @@ class Sky:
         self.now_us, self._air, self._loss = 0, Air[Any](loss, seed), loss
         self.ground_m: Callable[[float, float], float] = lambda north_m, east_m: 0.0
         """How high the ground is over that at the origin, about a place; no vehicle meets it."""
-        self.score = 0.8
+        self.score, self.label = 0.8, LABEL
         """Of a box."""
         self.events = list[tuple[float, int, Any]]()
         self.nearest_m = math.inf
@@ -299,4 +299,4 @@ class Sky:
             return []
         top, bottom = float(rows.min()) * PART_PX, float(rows.max() + 1) * PART_PX
         left, right = float(columns.min()) * PART_PX, float(columns.max() + 1) * PART_PX
-        return [Detection(LABEL, self.score, (left + right) / 2, (top + bottom) / 2, right - left, bottom - top)]
+        return [Detection(self.label, self.score, (left + right) / 2, (top + bottom) / 2, right - left, bottom - top)]

@@ -3,6 +3,7 @@
 import pytest
 from shapely import Point, box
 
+from sitl_emu.gcs.geodesy import to_metres
 from sitl_emu.missions.companion.area import Corner
 from sitl_emu.missions.companion.confirmation import Confirming
 from sitl_emu.missions.companion.detector import Detection
@@ -10,10 +11,12 @@ from sitl_emu.missions.companion.options import Options
 from sitl_emu.missions.disaster import aborts, tries
 from sitl_emu.missions.disaster.as_printed import Runs
 from sitl_emu.missions.disaster.settings import settings_of
-from tests.unit.disaster_sky import Sky
+from tests.unit.disaster_sky import ORIGIN, Sky
 
 AREA_M = [(0.0, 0.0), (0.0, 60.0), (40.0, 60.0), (40.0, 0.0)]
 POND = box(16.0, 27.0, 22.0, 33.0)
+LAKE = box(14.0, 24.0, 26.0, 36.0)
+"""From 15 m a picture is 14 m high."""
 THREE = Confirming(3, confirm_score=0.5)
 
 
@@ -53,15 +56,35 @@ def test_of_two_boxes_each_has_its_own_row() -> None:
     assert calls([at(0.0), at(4.0)], [at(0.0), at(4.0)], [at(0.5), at(4.5)]) == [[], [], [0.5, 4.5]]
 
 
-def test_the_parcel_goes_to_the_middle_of_what_is_seen() -> None:
-    sky = Sky(1, AREA_M, [POND], 0.0, 1, engage="detections")
+def test_called_by_a_part_it_centres_over_the_middle_of_what_it_sees_from_above() -> None:
+    sky = Sky(1, AREA_M, [LAKE], 0.0, 1, engage="detections")
     assert sky.fly(300.0)
     ((_, north_m, east_m),) = sky.parcels
-    assert POND.centroid.distance(Point(north_m, east_m)) < 2.0
+    assert LAKE.centroid.distance(Point(north_m, east_m)) < 1.0
     told = next(event for _, _, event in sky.events if event.kind == "target_confirmed")
+    called_m = to_metres(told.data["lat_deg"], told.data["lon_deg"], *ORIGIN)
+    assert LAKE.centroid.distance(Point(called_m)) > 2.0
     assert told.data["located"] == "middle" and told.data["lat_deg"] == told.data["place_lat_deg"]
     flown = sky.flown()
     assert flown.outcomes == {1: "success"} and len(flown.lines[1]) == flown.lines_in_all
+
+
+def test_what_does_not_show_from_above_gets_nothing_and_the_scan_goes_on() -> None:
+    sky = Sky(1, AREA_M, [POND], 0.0, 1, engage="detections")
+    assert sky.fly(300.0, then=lambda sky: sky.tells(1, "target_confirmed"))
+    sky.score = 0.2
+    assert sky.fly(300.0)
+    flown = sky.flown()
+    assert not flown.parcels and flown.aborts == [(1, "detection did not persist")]
+    assert len(flown.lines[1]) == flown.lines_in_all and flown.outcomes[1].startswith("aborted: detection did not")
+
+
+def test_what_is_of_another_class_from_above_is_not_what_called_it() -> None:
+    sky = Sky(1, AREA_M, [POND], 0.0, 1, engage="detections")
+    assert sky.fly(300.0, then=lambda sky: sky.tells(1, "target_confirmed"))
+    sky.label = "debris_field"
+    assert sky.fly(300.0)
+    assert sky.flown().aborts == [(1, "detection did not persist")]
 
 
 def test_what_no_row_shows_well_enough_is_passed_by() -> None:
