@@ -118,8 +118,8 @@ AS_PRINTED = [
     f"{OPTIONS}.location=equations",
     f"{OPTIONS}.engage=detections",
 ]
-"""One target a mission, and haze, in which from 20 m about the paper's 80 % of scans call to it (`haze.py`): the paper
-names changing light as a reason for what it misses. Chosen by that figure alone; all else that is flown follows."""
+"""One target a mission, and haze, in which from 20 m about the paper's 80 % of targets are detected (`haze.py`): it
+names changing light as a reason for what is missed. Chosen by that figure alone; all else that is flown follows."""
 PRINTED = {
     "paper, fixed": {DROPPED: "14 of 20", FLOWN_TO: "80 %", RMSE: "3.8 m", FALSE: "2"},
     "paper, terrain": {
