@@ -280,12 +280,13 @@ def test_a_long_name_of_an_arm_leaves_room_for_its_plot(tmp_path: Path) -> None:
     made = {arm.name: arm for arm in arms_of(path, [variation(text) for text in vary])}
     outcome = report.Outcome("two", made, [result(name, 1) for name in made], 2, [], [])
     (plot,) = (part for part in report.sections_of(outcome)[0].parts if isinstance(part, Plot))
-    axes = Figure(figsize=(9.0, plot.height_in), layout="constrained").subplots()
+    figure = Figure(figsize=(9.0, plot.height_in), layout="constrained")
+    axes = figure.subplots()
     plot.draw(axes)
     written = [label.get_text() for label in axes.get_yticklabels()]
     assert [text.replace("\n", " ") for text in written] == list(made)
     assert max(len(line) for text in written for line in text.split("\n")) <= report.NAME_WIDTH
-    axes.figure.draw_without_rendering()
+    figure.draw_without_rendering()
     assert axes.get_position().width > 0.6
 
 
