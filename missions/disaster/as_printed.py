@@ -125,7 +125,7 @@ class AsPrinted(Flight):
 
     def _over(self, place: Place) -> Generator[None, None, Place]:
         """Centres over what called it; the place as it is then. Raises Aborted where it is not seen from above."""
-        self._called = ()
+        self._called = tuple(one for one in self._called if math.dist(one.place_m, place.place_m) > SAME_M)
         try:
             for _ in range(NUDGES):
                 self._sought = place

@@ -1,4 +1,4 @@
-"""The flight as the paper prints it: to the middle of a box that three frames in a row show, and nothing else asked."""
+"""The flight as the paper prints it: to the middle of a box that three frames in a row show, and centred over it."""
 
 import pytest
 from shapely import Point, box

@@ -184,7 +184,7 @@ def _plot_of(
     """An arm a row: every run's value, the mean and its interval."""
 
     names = list(estimates)
-    written = ["\n".join(textwrap.wrap(name, NAME_WIDTH, break_on_hyphens=False)) or name for name in names]
+    written = ["\n".join(textwrap.wrap(name, NAME_WIDTH, break_on_hyphens=False)) for name in names]
     most_lines = max((name.count("\n") for name in written), default=0)
 
     def draw(axes: Any) -> None:
