@@ -23,6 +23,7 @@ from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from sitl_emu.missions.disaster.score import MATCH_M
 from sitl_emu.run.campaign import campaign as campaigns
 from sitl_emu.run.campaign.campaign import Wanted
 from sitl_emu.run.trouble import Trouble
@@ -107,7 +108,7 @@ SIGHTING, SIGHTING_MEDIAN, SIGHTED, SIGHTED_FIRST = (
     "a mission's first target located so",
 )  # fmt: skip
 DROPPED = "parcel within 5 m of a target's middle"
-FLOWN_TO = "missions that flew to a target"
+CENTRED = "missions that centred over a target"
 ALARMS, ALARMS_CONFIRMED = "false alarms of one frame", "false alarms of three in a row"
 ABORTED, TERRAIN, HEIGHT = "safely aborted", "terrain RMS error", "height over ground, RMS off"
 AWAY, KEPT_FOR = "parcel from its target, at most", "parcels kept for"
@@ -120,11 +121,15 @@ AS_PRINTED = [
 ]
 """One target a mission, and haze, in which from 20 m about the paper's 80 % of targets are detected (`haze.py`): it
 names changing light as a reason for what is missed. Chosen by that figure alone; all else that is flown follows."""
+CLOSER_OVERLAP = f"{OPTIONS}.overlap=0.43"
+"""So that from some line the picture holds a ruin whole, 12 m of the 28 m that it is wide from 14 m, as the mission's
+0.3 are 12 m of 40 from 20 m. The paper, too, changed the spacing of its lines after targets had been missed from the
+side (its section 4.5)."""
 PRINTED = {
-    "paper, fixed": {DROPPED: "14 of 20", FLOWN_TO: "80 %", RMSE: "3.8 m", FALSE: "2"},
+    "paper, fixed": {DROPPED: "14 of 20", CENTRED: "80 %", RMSE: "3.8 m", FALSE: "2"},
     "paper, terrain": {
         DROPPED: "18 of 20",
-        FLOWN_TO: "90 %",
+        CENTRED: "90 %",
         RMSE: "2.3 m",
         FALSE: "2",
         TERRAIN: "< 0.8 m",
@@ -161,7 +166,7 @@ TABLES = {
     "printed-closer": Table(
         f"The same, terrain-aware from {CLOSER_M} m",
         ["disaster-debris"],
-        [*AS_PRINTED, f"{OPTIONS}.altitude=terrain", f"{OPTIONS}.scan_altitude_m={CLOSER_M}"],
+        [*AS_PRINTED, f"{OPTIONS}.altitude=terrain", f"{OPTIONS}.scan_altitude_m={CLOSER_M}", CLOSER_OVERLAP],
         {"paper, terrain": PRINTED["paper, terrain"]},
     ),
     "level": Table(
@@ -232,12 +237,13 @@ def _dropped(those: Summaries) -> str:
     return _share(sum(any(one_m <= 5.0 for one_m in each_m) for each_m in away_m), len(sought))
 
 
-def _flown_to(those: Summaries) -> str:
-    """Of missions with a target, those that flew to the middle of one."""
+def _centred(those: Summaries) -> str:
+    """Of missions with a target, those that let go over the area of one, or as near as a place counts as its own."""
     if not _to_middles(those):
         return "–"
     sought = [one for one in those if one["targets_total"]]
-    return _share(sum(any(not each["false"] for each in one["diverted"]) for one in sought), len(sought))
+    away_m = [[each["to_target_m"] for each in one["deliveries"]] for one in sought]
+    return _share(sum(any(one_m <= MATCH_M for one_m in each_m) for each_m in away_m), len(sought))
 
 
 def _to_middles(those: Summaries) -> bool:
@@ -304,7 +310,7 @@ def _part(name: str) -> Callable[[Summaries], str]:
 ROWS: Mapping[str, Callable[[Summaries], str]] = {
     DELIVERED: _delivered,
     DROPPED: _dropped,
-    FLOWN_TO: _flown_to,
+    CENTRED: _centred,
     AWAY: _away,
     ABORTED: _aborted,
     KEPT_FOR: _kept_for,
