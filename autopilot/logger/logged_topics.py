@@ -107,6 +107,7 @@ COMMON = (
         for n in range(MOST_INSTANCES)
     ),
     LoggedTopic("onboard_computer_status", 10, outside.onboard_computer_status),
+    LoggedTopic("radio_status", 0, outside.radio_status),
     LoggedTopic("battery_status", 200, sensors.battery_status),
     LoggedTopic("esc_status", 100, sensors.esc_status),
     LoggedTopic("ranging_beacon", 100, sensors.ranging_beacon),

@@ -13,6 +13,7 @@ from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.decoder import Message, decode
 from sitl_emu.autopilot.mavlink.encoder import Codec, Encoder
 from sitl_emu.autopilot.mavlink.signature import LinkSigning
+from sitl_emu.autopilot.topics import RadioStatus
 from sitl_emu.core import framing
 from sitl_emu.core.ports import LinkPorts
 
@@ -137,6 +138,8 @@ class Link:
         """Sent and received, averaged over the last second that was counted."""
         self.messages_lost = 0
         self.parse_errors = 0
+        self.radio: RadioStatus | None = None
+        """What its radio told last, while it tells."""
         self.ping_sequence = 0
         self.pings = PingStatistics()
         self.statustext_interval_us = 50_000

@@ -88,6 +88,21 @@ class OnboardComputerStatus(NamedTuple):
     link_rx_max: tuple[int, ...] = (0,) * 6
 
 
+class RadioStatus(NamedTuple):
+    """What a telemetry radio tells: RADIO_STATUS, in PX4's words."""
+
+    timestamp: int = 0
+    rssi: int = 0
+    remote_rssi: int = 0
+    txbuf: int = 0
+    """How much of its buffer is free, %."""
+    noise: int = 0
+    remote_noise: int = 0
+    rxerrors: int = 0
+    fix: int = 0
+    """Packets that error correction has mended."""
+
+
 class SensorOpticalFlow(NamedTuple):
     """One sample: angles in rad over a time, quality 0..255; NaN where the sensor has no gyro or no range (m)."""
 

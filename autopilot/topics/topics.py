@@ -97,6 +97,7 @@ from sitl_emu.autopilot.topics.outside import (
     LandingTargetPose,
     ObstacleDistance,
     OnboardComputerStatus,
+    RadioStatus,
     SensorOpticalFlow,
     TransponderReport,
     VehicleOdometry,
@@ -269,6 +270,7 @@ class Topics:
         self.aux_global_position: tuple[AuxGlobalPosition, ...] = ()
         """The newest of each link of MAVLink, and of each source of DDS."""
         self.onboard_computer_status = OnboardComputerStatus()
+        self.radio_status = RadioStatus()
         self.sensor_optical_flow = SensorOpticalFlow()
         self.vehicle_optical_flow = VehicleOpticalFlow()
         self.obstacle_distance = ObstacleDistance()

@@ -203,7 +203,7 @@ LINKS: Any = ([0] * 4, [0] * 4, [0] * 4, *[[0] * 6] * 5)
 
 
 def told(now_us: int) -> list[mavlink.MAVLink_message]:
-    """What was sent to a real v1.18 (sihsim_hex) whose log is what the test below looks for."""
+    """What was sent to a real v1.18 (sihsim_hex) whose log is what the test below looks for; RADIO_STATUS was not."""
     return [
         mavlink.MAVLink_odometry_message(
             now_us, 20, 8, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0, 0.1, 0.2, 0.3, NAN21, NAN21, 0, 3, 50
@@ -213,6 +213,7 @@ def told(now_us: int) -> list[mavlink.MAVLink_message]:
         mavlink.MAVLink_optical_flow_rad_message(now_us, 0, 100_000, 0.01, 0.02, 0, 0, 0, 2000, 200, 0, 0.5),
         mavlink.MAVLink_distance_sensor_message(0, 10, 3000, 250, 0, 0, 25, 255, 0.1, 0.1, [0, 0, 0, 0], 80),
         mavlink.MAVLink_onboard_computer_status_message(now_us, *BOARD, *LINKS),
+        mavlink.MAVLink_radio_status_message(200, 180, 90, 40, 42, 3, 7),
         mavlink.MAVLink_global_position_sensor_message(
             1, 1, 1, now_us, 0, 1, 0, 473977418, 85455939, 489.0, 490.0, 2.0, 2.0
         ),
@@ -260,6 +261,9 @@ def test_a_log_has_what_a_companion_told(tmp_path: Path) -> None:
     board = last("onboard_computer_status")
     assert (board["uptime"], board["temperature_board"], board["cpu_cores[1]"]) == (1000, 42, 20)
     assert (board["ram_total"], board["gpu_cores[3]"], board["temperature_core[0]"]) == (2000, 255, 30)
+    radio = last("radio_status")
+    fields = ("rssi", "remote_rssi", "txbuf", "noise", "remote_noise", "rxerrors", "fix")
+    assert [radio[field] for field in fields] == [200, 180, 90, 40, 42, 3, 7]
     place = last("aux_global_position")
     assert (place["alt"], place["id"], place["source"]) == (490.0, 1, 1)
     assert place["lat"] == pytest.approx(47.3977418)

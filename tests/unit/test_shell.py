@@ -15,6 +15,7 @@ from sitl_emu.autopilot.topics import (
     AuxGlobalPosition,
     EstimatorStatus,
     PositionSetpointTriplet,
+    RadioStatus,
     VehicleCommand,
     VehicleMagnetometer,
     topic_names,
@@ -313,6 +314,17 @@ def test_the_ground_stations_half_runs_a_line() -> None:
     lonely.on_time(0)
     lonely.on_time(5_000_001)
     assert lonely.done and lonely.failed
+
+
+def test_mavlink_tells_of_a_radio() -> None:
+    """mavlink_main.cpp, display_status."""
+    console = Console()
+    assert "\ttype:\t\tGENERIC LINK OR RADIO\n" in console.output("mavlink status")
+    console.autopilot.mavlink.links[GCS].radio = RadioStatus(0, 200, 180, 90, 40, 42, 3, 7)
+    assert (
+        "\ttype:\t\tRADIO Link\n\t  rssi:\t\t200\n\t  remote rssi:\t180\n\t  txbuf:\t90\n\t  noise:\t40\n"
+        "\t  remote noise:\t42\n\t  rx errors:\t3\n\t  fixed:\t7\n"
+    ) in console.output("mavlink status")
 
 
 def test_mavlink_tells_how_long_answers_to_pings_take_and_which_link_there_is_not() -> None:

@@ -67,10 +67,12 @@ NOTHING_TO_CONFORM_TO = {
     "system_time": "heard without effect",
     "command_sender": "PX4 gives commands to others in flown missions alone",
     "velocity_limits": "SET_VELOCITY_LIMITS is of development.xml, which the suite does not speak",
+    "radio_status": "it shows in the log and in `mavlink status` alone",
     "onboard_computer_status": "it shows in an arming check alone, where COM_CC_TEMP_WARN asks for it",
 }
 WITHOUT_A_CLIENT_OF_OURS = {
     "command_sender": "its other half answers commands, and what it answers is its own affair",
+    "radio_status": "radios tell it, not who speaks over them",
     "streams": "each is heard by who needs it; gcs/telemetry.py hears most of them",
     "framing": "sitl_emu/core/framing.py, on both sides",
 }

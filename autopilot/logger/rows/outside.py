@@ -17,6 +17,7 @@ from sitl_emu.autopilot.topics import (
     ManualControlSwitches,
     ObstacleDistance,
     OnboardComputerStatus,
+    RadioStatus,
     SensorOpticalFlow,
     TransponderReport,
     VehicleOdometry,
@@ -126,6 +127,7 @@ sensor_optical_flow = by_name(
 )
 aux_global_position = by_name("aux_global_position", AuxGlobalPosition)
 onboard_computer_status = by_name("onboard_computer_status", OnboardComputerStatus)
+radio_status = by_name("radio_status", RadioStatus)
 
 
 def _characters(name: bytes) -> tuple[bytes, ...]:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.link import Link
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, integer, number, usage, warning
+from sitl_emu.autopilot.topics import RadioStatus
 from sitl_emu.core import dialect as mavlink
 
 MODE_NAMES = {
@@ -48,7 +49,7 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     if link.has_gcs(vehicle.now_us):
         yield "\tGCS heartbeat valid\n"
     yield f"\tmavlink chan: #{channel}\n"
-    yield "\ttype:\t\tGENERIC LINK OR RADIO\n"
+    yield "\ttype:\t\tGENERIC LINK OR RADIO\n" if link.radio is None else _radio(link.radio)
     yield "\tflow control: OFF\n"
     yield "\trates:\n"
     yield f"\t  tx: {sent:.1f} B/s\n"
@@ -78,6 +79,19 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
         yield f"\t  min: {pings.min_ms:0.2f} ms\n"
         yield f"\t  dropped packets: {pings.dropped}\n"
     return SUCCESS
+
+
+def _radio(told: RadioStatus) -> str:
+    lines = (
+        ("rssi:\t\t", told.rssi),
+        ("remote rssi:\t", told.remote_rssi),
+        ("txbuf:\t", told.txbuf),
+        ("noise:\t", told.noise),
+        ("remote noise:\t", told.remote_noise),
+        ("rx errors:\t", told.rxerrors),
+        ("fixed:\t", told.fix),
+    )
+    return "\ttype:\t\tRADIO Link\n" + "".join(f"\t  {name}{value}\n" for name, value in lines)
 
 
 def _streams(link: Link) -> Output:
