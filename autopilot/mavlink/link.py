@@ -12,6 +12,7 @@ from sitl_emu.autopilot.constants import HEARTBEAT_TIMEOUT_US
 from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.decoder import Message, decode
 from sitl_emu.autopilot.mavlink.encoder import Codec, Encoder
+from sitl_emu.autopilot.mavlink.message_statistics import MessageStatistics
 from sitl_emu.autopilot.mavlink.signature import LinkSigning
 from sitl_emu.autopilot.topics import RadioStatus
 from sitl_emu.core import framing
@@ -138,6 +139,8 @@ class Link:
         """Sent and received, averaged over the last second that was counted."""
         self.messages_lost = 0
         self.parse_errors = 0
+        self.statistics: MessageStatistics | None = None
+        """None: nobody has asked for them."""
         self.radio: RadioStatus | None = None
         """What its radio told last, while it tells."""
         self.ping_sequence = 0

@@ -279,6 +279,8 @@ class Mavlink:
     def _dispatch(self, now_us: int, message: Any, link: Link) -> None:
         forwarding.forward(message, link, self._all_links, self.system_id, self.context.forward_heartbeats)
         message_id = message.get_msgId()
+        if link.statistics is not None:
+            link.statistics.count(now_us, (message.get_srcSystem(), message.get_srcComponent()), message_id)
         if link.mode == "gimbal" and message_id not in GIMBAL_MODE_MESSAGES:
             return
         for service in self._handlers.get(message_id, ()):

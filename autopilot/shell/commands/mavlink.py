@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from sitl_emu.autopilot.mavlink import rates
 from sitl_emu.autopilot.mavlink.link import Link
+from sitl_emu.autopilot.mavlink.message_statistics import MessageStatistics
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, Output, Vehicle, integer, number, usage, warning
 from sitl_emu.autopilot.topics import RadioStatus
 from sitl_emu.core import dialect as mavlink
@@ -43,8 +44,10 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
 
 def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     sent, heard = link.bytes_per_s
-    received = link.messages_received + link.messages_lost
-    loss_pct = 100.0 * link.messages_lost / received if received else 0.0
+    if link.statistics is None:
+        link.statistics = MessageStatistics()
+    # PX4 calls it a percentage, and prints lost messages as a share of those that came
+    lost = link.messages_lost / link.messages_received if link.messages_received else 0.0
     limit = {**rates.DATA_RATE_BYTES_PER_S, **UNREACHED_BYTES_PER_S}[link.mode]
     if link.has_gcs(vehicle.now_us):
         yield "\tGCS heartbeat valid\n"
@@ -57,11 +60,13 @@ def _status(vehicle: Vehicle, channel: int, link: Link) -> Output:
     yield f"\t  tx rate mult: {link.rate_multiplier:.3f}\n"
     yield f"\t  tx rate max: {limit:.0f} B/s\n"
     yield f"\t  rx: {heard:.1f} B/s\n"
-    yield f"\t  rx loss: {loss_pct:.1f}%\n"
+    yield f"\t  rx loss: {lost:.1f}%\n"
     if link.components:
         yield "\tReceived Messages:\n"
-        for (system, component), of in link.components.items():
-            yield f"\t  sysid:{system:3}, compid:{component:3}, Total: {of.received} (lost: {of.lost})\n"
+        for sender, of in link.components.items():
+            yield f"\t  sysid:{sender[0]:3}, compid:{sender[1]:3}, Total: {of.received} (lost: {of.lost})\n"
+            for message_id, rate_hz, ago_s in link.statistics.shown(vehicle.now_us, sender):
+                yield f"\t    msgid:{message_id:5}, Rate:{rate_hz:5.1f} Hz, last {ago_s:.2f}s ago\n"
     yield "\tFTP enabled: YES, TX enabled: YES\n"
     yield f"\tmode: {MODE_NAMES[link.mode]}\n"
     yield f"\tForwarding: {'On' if link.forwarding else 'Off'}\n"
