@@ -273,6 +273,7 @@ PROFILES: Mapping[int, Mapping[int, Sequence[str]]] = {
 logged so often (logged_topics.cpp:295-407). Estimator replay, thermal calibration, system identification, high rate,
 debugging, sensor comparison, vision, high-rate sensors. Bits 8 to 10 (raw samples of IMUs, MAVLink's tunnel) are of
 what no vehicle of ours has."""
+EVERY_PROFILE = sum(1 << bit for bit in (DEFAULT_PROFILE, *PROFILES))
 
 
 class Vehicle(NamedTuple):

@@ -118,7 +118,10 @@ def _packed(codes: Sequence[str], fill: Fill) -> Row:
 
 
 def unpacked(topic: str, data: bytes) -> list[tuple[str, str, Any]]:
-    """C type, name and value of a topic's fields: arrays are tuples, a field that is a topic a list like this one."""
+    """C type, name and value of a topic's fields: arrays are tuples, a field that is a topic a list like this one.
+
+    Each of an array of topics is a field of its own, `esc[0]`.
+    """
     return _fields(topic, iter(struct.unpack("<" + "".join(ulog.codes(FORMATS[topic], FORMATS)), data)))
 
 
@@ -127,7 +130,8 @@ def _fields(topic: str, values: Iterator[Value]) -> list[tuple[str, str, Any]]:
     for kind, name in FORMATS[topic]:
         base, length = ulog.array_length(kind)
         if base in FORMATS:
-            fields.append((base, name, _fields(base, values)))
+            names = [name] if length == 1 else [f"{name}[{n}]" for n in range(length)]
+            fields += [(base, each, _fields(base, values)) for each in names]
         else:
             taken = tuple(itertools.islice(values, length))
             fields.append((base, name, taken if length > 1 else taken[0]))

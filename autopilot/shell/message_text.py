@@ -8,7 +8,20 @@ from sitl_emu.core.attitude import euler
 
 BUSES = ("UNKNOWN", "I2C", "SPI", "UAVCAN", "SIMULATION", "SERIAL", "MAVLINK")
 """Lowest three bits of a device id."""
-INDENT = "    "
+INDENT, TOPIC_INDENT = "    ", "  "
+ALIGNED_BYTES = 8
+SIZES = {
+    "uint8_t": 1,
+    "int8_t": 1,
+    "bool": 1,
+    "char": 1,
+    "uint16_t": 2,
+    "int16_t": 2,
+    "uint32_t": 4,
+    "int32_t": 4,
+    "float": 4,
+}
+"""Of what is not 8 bytes."""
 QUATERNION = ("float", 4)
 
 
@@ -16,19 +29,33 @@ Field = tuple[str, str, Any]
 """C type of one element, name, and value: a number, a tuple of numbers, or a list of fields, if the type is a topic."""
 
 
-def lines(fields: Sequence[Field], now_us: int, indent: str = INDENT) -> Iterator[str]:
-    """A line a field; times are followed by their age, flags by their bits, quaternions by their angles."""
+def lines(fields: Sequence[Field], now_us: int) -> Iterator[str]:
+    """A line a field; times are followed by their age, flags by their bits, quaternions by their angles.
+
+    PX4 ends a line for what it leaves out, too: an empty one follows texts, and what fills a struct up to 8 bytes.
+    """
+    size = 0
     timestamp = next((value for _, name, value in fields if name == "timestamp"), 0)
     for kind, name, value in fields:
         if isinstance(value, list):
-            yield f"{indent}{name} ({kind}):\n"
-            yield from lines(value, now_us, indent + INDENT)
+            if size % ALIGNED_BYTES:
+                yield "\n"
+            size = 0  # a topic is aligned itself
+            yield f"{TOPIC_INDENT}{name} ({kind}):\n"
+            yield from lines(value, now_us)
+            continue
+        size += SIZES.get(kind, ALIGNED_BYTES) * (len(value) if isinstance(value, tuple) else 1)
+        if kind == "char" and isinstance(value, tuple):
+            text = b"".join(value).partition(b"\0")[0].decode(errors="replace")
+            yield f'{INDENT}{name}: "{text}"\n\n'
         elif isinstance(value, tuple):
             numbers = ", ".join(_text(kind, part) for part in value)
             angles = f" ({_angles(value)})" if _is_quaternion(kind, name, value) else ""
-            yield f"{indent}{name}: [{numbers}]{angles}\n"
+            yield f"{INDENT}{name}: [{numbers}]{angles}\n"
         else:
-            yield f"{indent}{name}: {_text(kind, value)}{_remark(kind, name, value, timestamp, now_us)}\n"
+            yield f"{INDENT}{name}: {_text(kind, value)}{_remark(kind, name, value, timestamp, now_us)}\n"
+    if size % ALIGNED_BYTES:
+        yield "\n"
 
 
 def fields_of(record: Any) -> list[Field]:

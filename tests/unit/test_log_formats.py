@@ -92,8 +92,10 @@ def test_what_nobody_has_written_is_not_logged_as_if_it_were_known() -> None:
 def test_speed_controllers() -> None:
     told = fields_of("esc_status", sensors.esc_status, EscStatus(5_000_000, (6100, 0, 6200)))
     assert (told["esc_count"], told["esc_online_flags"], told["esc_armed_flags"]) == (3, 7, 7)
-    reports = told["esc"]
-    assert isinstance(reports, list)
+    escs = [told[f"esc[{n}]"] for n in range(12)]
+    reports = [{name: value for _, name, value in esc} for esc in escs if isinstance(esc, list)]
+    assert [report["esc_rpm"] for report in reports] == [6100, 0, 6200] + [0] * 9
+    assert [report["actuator_function"] for report in reports[:4]] == [101, 102, 103, 0]
     assert fields_of("esc_status", sensors.esc_status, EscStatus(1, (0, 0)))["esc_armed_flags"] == 0
 
 

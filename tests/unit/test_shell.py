@@ -13,9 +13,13 @@ from sitl_emu.autopilot.shell.commands import COMMANDS
 from sitl_emu.autopilot.shell.pxh import INPUT_BYTES, LINE_CHARACTERS, OUTPUT_BYTES, Pxh
 from sitl_emu.autopilot.topics import (
     AuxGlobalPosition,
+    CpuLoad,
+    DebugKeyValue,
+    EscStatus,
     EstimatorStatus,
     PositionSetpointTriplet,
     RadioStatus,
+    TelemetryStatus,
     VehicleCommand,
     VehicleMagnetometer,
     topic_names,
@@ -124,7 +128,7 @@ def test_listener_prints_a_topic_with_its_age() -> None:
     )
     assert "    timestamp_sample: 2500000 (0 us before timestamp)\n" in printed
     assert "    q: [0.00000, 0.00000, 0.00000, 1.00000] (Roll: 0.0 deg, Pitch: 0.0 deg, Yaw: 180.0 deg)\n" in printed
-    assert printed.endswith("    quat_reset_counter: 0\n")
+    assert printed.endswith("    quat_reset_counter: 0\n\n")
     printed = console.output("listener vehicle_attitude -n 3")
     assert printed.startswith("\x1b[2J\n\x1b[H\nTOPIC: vehicle_attitude instance 0 #1\n")
     assert printed.count("TOPIC: vehicle_attitude instance 0 #") == 1
@@ -155,14 +159,50 @@ def test_listener_knows_px4s_names_and_fields_of_what_is_logged() -> None:
         "    timestamp_sample: 1900000 (0 us before timestamp)\n"
         "    device_id: 197388 (Type: 0x03, SIMULATION:1 (0x03))\n"
         "    magnetometer_ga: [0.20000, 0.00000, 0.40000]\n"
-        "    calibration_count: 0\n"
+        "    calibration_count: 0\n\n"
     )
     topics.estimator_status = EstimatorStatus(1_000_000, 1_000_000, control_mode_flags=7)
     assert "    control_mode_flags: 7 (0b111)\n" in console.output("listener estimator_status")
     topics.position_setpoint_triplet = PositionSetpointTriplet(1_000_000)
-    assert "    current (position_setpoint):\n        timestamp: " in console.output(
-        "listener position_setpoint_triplet"
+    triplet = console.output("listener position_setpoint_triplet")
+    assert triplet.startswith("\nTOPIC: position_setpoint_triplet\n position_setpoint_triplet\n    timestamp: ")
+    assert "    gliding_enabled: False\n\n  current (position_setpoint):\n    timestamp: " in triplet
+
+
+def test_listener_prints_empty_lines_where_px4_does() -> None:
+    """orb_print_message_internal ends a line for fields that fill a struct up, and for texts (uORB.cpp)."""
+    console = Console()
+    console.autopilot.now_us = 1_100_000
+    topics = console.autopilot.topics
+    topics.cpuload = CpuLoad(1_000_000, 0.25, 0.5)
+    assert console.output("listener cpuload") == (
+        "\nTOPIC: cpuload\n cpuload\n    timestamp: 1000000 (0.100000 seconds ago)\n"
+        "    load: 0.25000\n    ram_usage: 0.50000\n"
     )
+    topics.debug_key_value = DebugKeyValue(1_000_000, b"hello", 3.5)
+    assert console.output("listener debug_key_value") == (
+        "\nTOPIC: debug_key_value\n debug_key_value\n    timestamp: 1000000 (0.100000 seconds ago)\n"
+        '    value: 3.50000\n    key: "hello"\n\n\n'
+    )
+    topics.esc_status = EscStatus(1_000_000, (0,) * 4)
+    reports = console.output("listener esc_status")
+    assert "    esc_connectiontype: 0\n  esc[0] (esc_report):\n    timestamp: 1000000 (" in reports
+    assert reports.count("    esc_power: 0\n\n  esc[") == 11 and reports.endswith("    esc_power: 0\n\n")
+
+
+def test_listener_prints_all_instances_unless_one_is_asked_for() -> None:
+    console = Console()
+    console.autopilot.now_us = 1_500_000
+    topics = console.autopilot.topics
+    topics.telemetry_status = TelemetryStatus(1_000_000, mode=0)
+    topics.telemetry_status_1 = TelemetryStatus(1_100_000, mode=2)
+    printed = console.output("listener telemetry_status")
+    assert printed.startswith(
+        "\nTOPIC: telemetry_status 2 instances\n\nInstance 0:\n telemetry_status\n    timestamp: 10000"
+    )
+    assert printed.count("\n\nInstance 1:\n telemetry_status\n    timestamp: 1100000 (0.400000 seconds ago)\n") == 1
+    one = console.output("listener telemetry_status -i 1")
+    assert one.startswith("\nTOPIC: telemetry_status instance 1 #1\n") and "    mode: 2\n" in one
 
 
 def test_listener_prints_every_topic_there_is() -> None:
@@ -177,7 +217,8 @@ def test_listener_prints_every_topic_there_is() -> None:
     first = [topic for topic in console.autopilot.logger.topics() if not topic.instance]
     names = {*topic_names(topics), *(topic.name for topic in first)}
     for name in names:
-        assert console.output(f"listener {name}").startswith(f"\nTOPIC: {name}\n {name}\n"), name
+        printed = console.output(f"listener {name}")
+        assert printed.startswith(f"\nTOPIC: {name}") and f"\n {name}\n" in printed, name
 
 
 def test_uorb_top_measures_once_as_nobody_could_end_it() -> None:

@@ -4,11 +4,11 @@ Topics that are logged are printed with all of PX4's fields, the others with tho
 (autopilot/topics/).
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import Any
 
-from sitl_emu.autopilot.logger import packing
+from sitl_emu.autopilot.logger import logged_topics, packing
 from sitl_emu.autopilot.shell import message_text
 from sitl_emu.autopilot.shell.command import FAILURE, SUCCESS, WAIT, Output, Vehicle, integer, usage
 from sitl_emu.autopilot.topics import Topics, topic_names
@@ -43,16 +43,29 @@ def main(vehicle: Vehicle, arguments: Sequence[str]) -> Output:
     if (name, 0) not in sources:
         yield f"Topic {name} did not match any known topics\n"
         return NOT_FOUND
+    if count == 1 and instance < 0:
+        yield from _of_all_instances(vehicle, name, sources)
+        return SUCCESS
     source = sources.get((name, max(instance, 0)))
     if source is None or _timestamp(source(vehicle.topics)) == 0:
         yield "never published\n"
         return SUCCESS
-    if count == 1 and instance < 0:
-        yield f"\nTOPIC: {name}\n"
-        yield from _message(vehicle, name, source(vehicle.topics))
-        return SUCCESS
     interval_us = 1_000_000 // hz if hz > 0 else 0
     return (yield from _follow(vehicle, name, max(instance, 0), source, count, interval_us))
+
+
+def _of_all_instances(vehicle: Vehicle, name: str, sources: Mapping[tuple[str, int], Source]) -> Iterator[str]:
+    found = {number: source(vehicle.topics) for (topic, number), source in sorted(sources.items()) if topic == name}
+    records = {number: record for number, record in found.items() if _timestamp(record)}
+    if not records:
+        yield "never published\n"
+        return
+    several = len(records) > 1
+    yield f"\nTOPIC: {name} {len(records)} instances\n" if several else f"\nTOPIC: {name}\n"
+    for number, record in records.items():
+        if several:
+            yield f"\nInstance {number}:\n"
+        yield from _message(vehicle, name, record)
 
 
 def _follow(vehicle: Vehicle, name: str, instance: int, source: Source, count: int, interval_us: int) -> Output:
@@ -79,7 +92,7 @@ def _follow(vehicle: Vehicle, name: str, instance: int, source: Source, count: i
 def _message(vehicle: Vehicle, name: str, record: Any) -> Iterator[str]:
     """With PX4's fields where we know them, that is for what is logged, else with our own."""
     yield f" {name}\n"
-    logged = {topic.name: topic for topic in vehicle.logger.topics()}.get(name)
+    logged = {topic.name: topic for topic in vehicle.logger.topics(logged_topics.EVERY_PROFILE)}.get(name)
     if logged is not None:
         fields = packing.unpacked(name, logged.row(record))
         if not hasattr(record, "timestamp"):
@@ -95,7 +108,8 @@ def _message(vehicle: Vehicle, name: str, record: Any) -> Iterator[str]:
 def _sources(vehicle: Vehicle) -> dict[tuple[str, int], Source]:
     """Where the record is, by PX4's name and instance."""
     own: dict[tuple[str, int], Source] = {(name, 0): attrgetter(name) for name in topic_names(vehicle.topics)}
-    return own | {(topic.name, topic.instance): topic.record for topic in vehicle.logger.topics()}
+    logged = vehicle.logger.topics(logged_topics.EVERY_PROFILE)
+    return own | {(topic.name, topic.instance): topic.record for topic in logged}
 
 
 def _timestamp(record: Any) -> int:
