@@ -112,15 +112,10 @@ CENTRED = "missions that centred over a target"
 ALARMS, ALARMS_CONFIRMED = "false alarms of one frame", "false alarms of three in a row"
 ABORTED, TERRAIN, HEIGHT = "safely aborted", "terrain RMS error", "height over ground, RMS off"
 AWAY, KEPT_FOR = "parcel from its target, at most", "parcels kept for"
-AS_PRINTED = [
-    "world.options.relief_m=6",
-    "world.options.ruins=1",
-    "light.visibility_m=230",
-    f"{OPTIONS}.location=equations",
-    f"{OPTIONS}.engage=detections",
-]
+HAZE = ["world.options.relief_m=6", "world.options.ruins=1", "light.visibility_m=230"]
 """One target a mission, and haze, in which from 20 m about the paper's 80 % of targets are detected (`haze.py`): it
 names changing light as a reason for what is missed. Chosen by that figure alone; all else that is flown follows."""
+AS_PRINTED = [*HAZE, f"{OPTIONS}.location=equations", f"{OPTIONS}.engage=detections"]
 CLOSER_OVERLAP = f"{OPTIONS}.overlap=0.43"
 """So that from some line the picture holds a ruin whole, 12 m of the 28 m that it is wide from 14 m, as the mission's
 0.3 are 12 m of 40 from 20 m. The paper, too, changed the spacing of its lines after targets had been missed from the
@@ -168,6 +163,14 @@ TABLES = {
         ["disaster-debris"],
         [*AS_PRINTED, f"{OPTIONS}.altitude=terrain", f"{OPTIONS}.scan_altitude_m={CLOSER_M}", CLOSER_OVERLAP],
         {"paper, terrain": PRINTED["paper, terrain"]},
+    ),
+    "printed-ours": Table(
+        "The same ruin in the same haze, flown as the mission is by default",
+        ["disaster-debris"],
+        HAZE,
+        {name: {DELIVERED: printed[DROPPED], **{row: printed[row] for row in (RMSE, FALSE)}, FOUND: printed[CENTRED]}
+         for name, printed in PRINTED.items()},
+        titles=["ours, fixed"],
     ),
     "level": Table(
         "Table 5 again, the camera held level by a gimbal",
