@@ -1,27 +1,18 @@
 """A topic's record as text, field by field (PX4: orb_print_message_internal in uORB.cpp)."""
 
 import math
+import struct
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from sitl_emu.core.attitude import euler
+from sitl_emu.core.c_types import STRUCT_CODES
 
 BUSES = ("UNKNOWN", "I2C", "SPI", "UAVCAN", "SIMULATION", "SERIAL", "MAVLINK")
 """Lowest three bits of a device id."""
 INDENT, TOPIC_INDENT = "    ", "  "
 ALIGNED_BYTES = 8
-SIZES = {
-    "uint8_t": 1,
-    "int8_t": 1,
-    "bool": 1,
-    "char": 1,
-    "uint16_t": 2,
-    "int16_t": 2,
-    "uint32_t": 4,
-    "int32_t": 4,
-    "float": 4,
-}
-"""Of what is not 8 bytes."""
+SIZES = {kind: struct.calcsize(code) for kind, code in STRUCT_CODES.items()}
 QUATERNION = ("float", 4)
 
 

@@ -29,8 +29,6 @@ class RadioStatus:
         self._links, self._topics, self._parameters, self._texts = links, topics, parameters, texts
         self._logged: Link | None = None
         """Whose radio is topics.radio_status, uORB's first instance: the first that was heard."""
-        self._due_us: int | None = None
-        """When the first radio may have fallen silent; None: there is none."""
 
     def on_message(self, now_us: int, message: Any, link: Link) -> None:
         """Keep the last of each link."""
@@ -47,17 +45,12 @@ class RadioStatus:
         self._logged = self._logged or link
         if link is self._logged:
             self._topics.radio_status = link.radio
-        if self._due_us is None:
-            self._due_us = now_us
 
     def on_time(self, now_us: int) -> None:
         """Forget radios that are silent."""
-        if self._due_us is None or now_us < self._due_us:
-            return
-        timeout_us = int(self._parameters["MAV_RADIO_TOUT"]) * 1_000_000
         for number, link in enumerate(self._links):
-            if link.radio is not None and now_us - link.radio.timestamp > timeout_us:
+            if link.radio is None:
+                continue
+            if now_us - link.radio.timestamp > int(self._parameters["MAV_RADIO_TOUT"]) * 1_000_000:
                 link.radio = None
                 self._texts.note(Severity.ERROR, f"[mavlink] instance {number}: RADIO_STATUS timeout")
-        heard_us = [link.radio.timestamp for link in self._links if link.radio is not None]
-        self._due_us = min(heard_us) + timeout_us if heard_us else None
